@@ -30,6 +30,14 @@ struct Frustum {
   float slope_u[2], slope_v[2];
   float offset_u[2] = {0, 0}, offset_v[2] = {0, 0};
   float z_far = 0;  // depth behind which no ray looks any more
+  // No coordinate of the scene is farther from the origin. What is moved out for the roundings of
+  // coordinates follows from it, and need not be found for each box and primitive.
+  float reach = 0;
+
+  HWY_INLINE void set_reach(const SceneBox& box) {
+    reach = 0;
+    for (int a = 0; a < 3; ++a) reach = max_of(reach, box.farthest[a] + abs_of(origin[a]));
+  }
 
   void set_axis(int axis, bool is_negative) {
     kz = axis;
@@ -61,12 +69,13 @@ struct FrustumTests {
     const float* const z_out = f.side > 0 ? node.upper[f.kz] : node.lower[f.kz];
     const VB side = set<VB>(f.side);
     const VB ox = set<VB>(f.origin[f.kx]), oy = set<VB>(f.origin[f.ky]);
-    const VB oz = set<VB>(f.origin[f.kz]);
+    const VB oz = set<VB>(f.origin[f.kz] * f.side);
     TESSERA_COUNT(nodes, 1);
     uint32_t bits = 0;
     for (size_t i = 0; i < W; i += kStep) {
-      const VB in = (load<VB>(z_in + i) - oz) * side;
-      const VB out = (load<VB>(z_out + i) - oz) * side;
+      // One rounding, since `side` is 1 or -1.
+      const VB in = mul_sub(load<VB>(z_in + i), side, oz),
+               out = mul_sub(load<VB>(z_out + i), side, oz);
       const VB front = max(in, 0);
       const auto reach = [&](float slope, float offset, bool is_far) {
         return mul_add(set<VB>(slope), is_far ? out : front, set<VB>(offset));
@@ -85,7 +94,7 @@ struct FrustumTests {
           return load<VB>(plane + i) - origin;
         };
         keep = keep &&
-               on_diagonals(f.diagonals, from(node.lower[f.kx], ox), from(node.upper[f.kx], ox),
+               on_diagonals(f, from(node.lower[f.kx], ox), from(node.upper[f.kx], ox),
                             from(node.lower[f.ky], oy), from(node.upper[f.ky], oy), front, out);
       }
       store(in, z_near + i);
@@ -99,10 +108,11 @@ struct FrustumTests {
   // Whether boxes from `low` to `high`, of which the depths from `front` to `out` count, meet the
   // planes across the diagonals. Three roundings of coordinates and sums may add up: 4 u of both
   // coordinates hold them.
-  static HWY_INLINE MaskOf<VB> on_diagonals(const Diagonals& d, VB x_low, VB x_high, VB y_low,
-                                            VB y_high, VB front, VB out) {
-    const VB size = max(abs(x_low), abs(x_high)) + max(abs(y_low), abs(y_high));
-    const VB slack = size * (4 * kRoundoff);
+  template <class Rays>
+  static HWY_INLINE MaskOf<VB> on_diagonals(const Rays& f, VB x_low, VB x_high, VB y_low, VB y_high,
+                                            VB front, VB out) {
+    const Diagonals& d = f.diagonals;
+    const VB slack = set<VB>(f.reach * (8 * kRoundoff));
     const auto most = [&](float bound) {
       return mul_add(set<VB>(bound), bound >= 0 ? out : front, slack);
     };

@@ -61,6 +61,7 @@ class PacketTracer {
   template <class Packet>
   Together run(const Packet& packet) {
     if (!rays_.setup(packet)) return Together::kNoFrustum;
+    rays_.set_reach(scene_.box);
     leaf_.prepare();
     rays_.work_left = kWorkMax * rays_.count;
     TESSERA_COUNT(packets, 1);

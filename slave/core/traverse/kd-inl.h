@@ -218,6 +218,7 @@ template <class View, class Rays, class Leaf>
 template <class Packet>
 Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
   if (!rays_.setup(packet)) return Together::kNoFrustum;
+  rays_.set_reach(scene_.box);
   leaf_.prepare();
   rays_.work_left = kWorkMax * rays_.count;
   TESSERA_COUNT(packets, 1);

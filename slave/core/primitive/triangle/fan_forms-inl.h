@@ -97,17 +97,18 @@ class FanForms {
 
  private:
   HWY_INLINE MB set_nearness(const TriangleBlock<W>& block, size_t first, const Corners<VB>& p,
-                             MB& is_close);
+                             VB largest, MB& is_close);
 
   const Rays& fan_;
   float tolerance_;  // 52 S u
 };
 
-// Returns: the triangles whose nearness is known. is_close: those that may lie before t_min.
+// largest: the largest coordinate of each. Returns: the triangles whose nearness is known.
+// is_close: those that may lie before t_min.
 template <int W, class Rays>
 typename FanForms<W, Rays>::MB FanForms<W, Rays>::set_nearness(const TriangleBlock<W>& block,
                                                                size_t first, const Corners<VB>& p,
-                                                               MB& is_close) {
+                                                               VB largest, MB& is_close) {
   constexpr float kTiny = 0x1p-122f;  // more than products lose by underflow
   const auto edge = [&](int corner, int axis) {
     return load<VB>(block.vertex[3 * corner + axis] + first) - load<VB>(block.vertex[axis] + first);
@@ -136,7 +137,7 @@ typename FanForms<W, Rays>::MB FanForms<W, Rays>::set_nearness(const TriangleBlo
   store(known, doubt + first);
   store(volume, sides + first);
   is_close = g * 1.0001f + slack >= fan_.nearest_min;
-  const VB thin = tolerance_ * p.size * (17.0f / 52) * 1.0001f;  // to be multiplied by L + 3 u s
+  const VB thin = tolerance_ * largest * (17.0f / 52) * 1.0001f;  // to be multiplied by L + 3 u s
   store(thin, steep + first);
   return is_good;
 }
@@ -146,7 +147,8 @@ typename FanForms<W, Rays>::Kept FanForms<W, Rays>::look_at(const TriangleBlock<
                                                             size_t first, const Corners<VB>& p,
                                                             MB keep) {
   MB is_close;
-  const MB is_good = set_nearness(block, first, p, is_close);
+  const VB size = Tests::sizes(p);
+  const MB is_good = set_nearness(block, first, p, size, is_close);
   const VB volume = load<VB>(sides + first);
   const VB sign = bit_cast<VB>(bit_cast<UintOf<VB>>(volume) & 0x80000000u);
   VB edge[3][3], length[3], over[3];
@@ -161,12 +163,12 @@ typename FanForms<W, Rays>::Kept FanForms<W, Rays>::look_at(const TriangleBlock<
     edge[c][2] = mul_sub(ax, dy, ay * dx) * over[c];
   }
   const VB tolerance =
-      mul_add(Tests::largest(over[0], over[1], over[2]), set<VB>(kUnderflow), tolerance_ * p.size);
+      mul_add(Tests::largest(over[0], over[1], over[2]), set<VB>(kUnderflow), tolerance_ * size);
   store(tolerance + tolerance, twice + first);
   const VB longest = Tests::largest(length[0], length[1], length[2]);
-  const VB thin = mul_add(load<VB>(steep + first), mul_add(p.size, set<VB>(3 * kRoundoff), longest),
+  const VB thin = mul_add(load<VB>(steep + first), mul_add(size, set<VB>(3 * kRoundoff), longest),
                           set<VB>(kUnderflow));
-  const MB is_sure = is_good && abs(volume) * 0.75f > thin * p.size;
+  const MB is_sure = is_good && abs(volume) * 0.75f > thin * size;
   const MB is_unsure = !is_sure;
   store(thin * 1.34f / abs(volume) + load<VB>(doubt + first), steep + first);
   store(p.z_low, begins + first);

@@ -76,7 +76,7 @@ bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
       store(p.y[c], y_[c] + first);
       store(p.z[c], z_[c] + first);
     }
-    store(p.size, size_ + first);
+    store(Tests::sizes(p), size_ + first);
     store(p.z_low, z_low_ + first);
     for (; bits != 0; bits &= bits - 1) {
       const size_t lane = first + static_cast<size_t>(__builtin_ctz(bits));
