@@ -37,7 +37,10 @@ class PacketLeaf {
     const TriangleBlock<W>* block = shapes.triangles + first;
     const TriangleBlock<W>* const end = block + count;
     bool has_hit = false;
-    for (; block != end; ++block) has_hit |= test_.test(*block);
+    for (; block != end; ++block) {
+      if (block + 1 != end) fetch_lines<lines_of(sizeof *block)>(block + 1);
+      has_hit |= test_.test(*block);
+    }
     return has_hit;
   }
   // To be called after all tests.
@@ -95,9 +98,9 @@ template <class Shapes>
 struct LeafTests;
 template <int W>
 struct LeafTests<TrianglesOnly<W>> {
-  // Address of a block, for prefetching; the block fills the first 4 cache lines from there.
+  // Address of a block, and its size, for fetching it ahead.
+  static constexpr size_t kBlockBytes = sizeof(TriangleBlock<W>);
   static HWY_INLINE const char* address(const TrianglesOnly<W>& shapes, uint32_t block) {
-    static_assert(sizeof(TriangleBlock<W>) > 4 * 64);
     return reinterpret_cast<const char*>(shapes.triangles + block);
   }
   template <bool kAny>

@@ -88,7 +88,8 @@ class MixedRayLeaf {
   Item item_;
 };
 
-// Address to prefetch for a block: that of its number, before which nothing is known of the block.
+// What is fetched ahead for a block: its number, before which nothing is known of the block.
+constexpr size_t kNumberBytes = sizeof(uint32_t);
 template <class Shapes>
 HWY_INLINE const char* address_of_number(const Shapes& shapes, uint32_t block) {
   return reinterpret_cast<const char*>(shapes.blocks + block);

@@ -29,6 +29,15 @@ constexpr float kInvPi = 0.318309886f;
 // number itself, since some processors take a hundred cycles for each operation with one.
 constexpr float kUnderflow = 0x1p-126f;
 
+// Cache lines that hold this many bytes from the start of one on.
+constexpr size_t lines_of(size_t bytes) { return (bytes + 63) / 64; }
+// Fetches cache lines ahead of their use; there need be no memory.
+template <size_t kLines>
+HWY_INLINE void fetch_lines(const void* from) {
+  const char* const at = static_cast<const char*>(from);
+  for (size_t line = 0; line < kLines; ++line) __builtin_prefetch(at + 64 * line);
+}
+
 // Bit i: lane i of the mask.
 template <class Tag>
 HWY_INLINE uint32_t bits_of(Tag d, hn::Mask<Tag> mask) {

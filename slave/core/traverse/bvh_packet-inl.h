@@ -22,23 +22,33 @@ namespace HWY_NAMESPACE {
 
 // The subtrees of an entry list that a frustum meets. They are in order already and stay where they
 // are, so that what is behind the rays' hits costs nothing.
+template <class View>
 class EnteredTrees {
  public:
+  explicit EnteredTrees(const View& scene) : scene_(scene) {}
+
   HWY_INLINE void find(const Frustum& frustum, const FanEntry& entry) {
     top_ = &entry.top;
     left_ = FrustumTests<kEntryWidth>::boxes(frustum, entry.top, z_near_);
+    fetch_nearest();
   }
   // The nearest that is left, where it begins at `far` or before it; else kBvhNoChild.
   HWY_INLINE uint32_t next(float far) {
     if (left_ == 0) return kBvhNoChild;
     const int nearest = __builtin_ctz(left_);
     left_ &= left_ - 1;
+    fetch_nearest();
     if (z_near_[nearest] <= far) return top_->child[nearest];
     left_ = 0;
     return kBvhNoChild;
   }
 
  private:
+  HWY_INLINE void fetch_nearest() const {
+    if (left_ != 0) fetch_child<kAllLines<View>>(scene_, top_->child[__builtin_ctz(left_)]);
+  }
+
+  const View& scene_;
   const BvhNode<kEntryWidth>* top_ = nullptr;
   uint32_t left_ = 0;
   alignas(64) float z_near_[kEntryWidth];
@@ -67,8 +77,8 @@ class PacketTracer {
     TESSERA_COUNT(packets, 1);
     int steps = 0;
     alignas(64) float z_near[W];
-    NodeStack<View, 7> stack(scene_);
-    EnteredTrees entered;
+    NodeStack<View, kAllLines<View>> stack(scene_);
+    EnteredTrees<View> entered(scene_);
     if (const FanEntry* const entry = entry_of(packet)) {
       entered.find(rays_, *entry);
       stack.clear();

@@ -25,9 +25,29 @@ struct StackEntry {
 
 struct BelowRoot {};
 
-// kLines: cache lines of a child that are fetched when it is pushed. Packets work long on each;
-// single rays are faster with few.
-template <class View, size_t kLines = 4>
+// Cache lines of a child that are fetched ahead. Packets read the whole of it, and work long on
+// each; single rays are faster with few.
+constexpr size_t kSomeLines = 4;
+template <class View>
+constexpr size_t kAllLines = [] {
+  constexpr size_t kNode = sizeof(BvhNode<View::kWidth>);
+  constexpr size_t kBlock = LeafTests<typename View::Shapes>::kBlockBytes;
+  return lines_of(kNode > kBlock ? kNode : kBlock);
+}();
+
+// Fetches a child. What lies behind its end may be fetched, too: nodes and blocks are told apart
+// without a branch.
+template <size_t kLines, class View>
+HWY_INLINE void fetch_child(const View& scene, uint32_t child) {
+  const bool is_leaf = (child & kBvhLeaf) != 0;
+  const char* const at =
+      is_leaf ? LeafTests<typename View::Shapes>::address(scene.shapes, child & kBvhBlockMask)
+              : reinterpret_cast<const char*>(scene.nodes + child);
+  fetch_lines<kLines>(at);
+}
+
+// kLines: of a child, fetched when it is pushed.
+template <class View, size_t kLines = kSomeLines>
 class NodeStack {
   using Node = BvhNode<View::kWidth>;
 
@@ -78,7 +98,7 @@ class NodeStack {
     const int first = __builtin_ctz(bits);
     for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
       const uint32_t child = node.child[__builtin_ctz(bits)];
-      prefetch(child);
+      fetch_child<kLines>(scene_, child);
       entries_[size_++] = {child, -__builtin_inff()};
     }
     return node.child[first];
@@ -87,21 +107,12 @@ class NodeStack {
  private:
   // Keeps the entries from `base` on sorted.
   HWY_INLINE void insert(const StackEntry& entry, int base) {
-    prefetch(entry.child);
+    fetch_child<kLines>(scene_, entry.child);
     int at = size_++;
     for (; at > base && entries_[at - 1].distance < entry.distance; --at) {
       entries_[at] = entries_[at - 1];
     }
     entries_[at] = entry;
-  }
-
-  void prefetch(uint32_t child) const {
-    const bool is_leaf = (child & kBvhLeaf) != 0;
-    const char* const at =
-        is_leaf ? LeafTests<typename View::Shapes>::address(scene_.shapes, child & kBvhBlockMask)
-                : reinterpret_cast<const char*>(scene_.nodes + child);
-    static_assert(sizeof(Node) > 3 * 64);  // what lies behind the end may be fetched, too
-    for (size_t line = 0; line < kLines; ++line) __builtin_prefetch(at + 64 * line);
   }
 
   const View& scene_;

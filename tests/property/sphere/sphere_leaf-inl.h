@@ -91,6 +91,7 @@ class SphereRayLeaf {
 
 template <int W>
 struct LeafTests<SpheresOnly<W>> {
+  static constexpr size_t kBlockBytes = sizeof(*SpheresOnly<W>::spheres);
   static HWY_INLINE const char* address(const SpheresOnly<W>& shapes, uint32_t block) {
     return reinterpret_cast<const char*>(shapes.spheres + block);
   }

@@ -39,6 +39,7 @@ class MethodRayTest {
 
 template <int W>
 struct LeafTests<PatchesByMethod<W>> {
+  static constexpr size_t kBlockBytes = kNumberBytes;
   static HWY_INLINE const char* address(const PatchesByMethod<W>& shapes, uint32_t block) {
     return address_of_number(shapes, block);
   }

@@ -346,6 +346,7 @@ void PatchRayLeaf<W, kAny>::Settling::ask() {
 template <int W>
 struct LeafTests<TrianglesAndPatches<W>> {
   using Shapes = TrianglesAndPatches<W>;
+  static constexpr size_t kBlockBytes = kNumberBytes;
   static HWY_INLINE const char* address(const Shapes& shapes, uint32_t block) {
     return address_of_number(shapes, block);
   }

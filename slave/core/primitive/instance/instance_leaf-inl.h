@@ -109,6 +109,7 @@ class InstanceRayLeaf
 template <int W>
 struct LeafTests<TrianglesAndInstances<W>> {
   using Shapes = TrianglesAndInstances<W>;
+  static constexpr size_t kBlockBytes = kNumberBytes;
   static HWY_INLINE const char* address(const Shapes& shapes, uint32_t block) {
     return address_of_number(shapes, block);
   }
