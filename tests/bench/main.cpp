@@ -130,7 +130,10 @@ void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchan
 void add_update_options(CLI::App& app, tessera::bench::UpdateOptions& update) {
   app.add_option("--triangles", update.triangles, "update: of the scenes (default: 10^4 to 10^7)")
       ->check(CLI::Range(128, 100'000'000));
-  app.add_option("--objects", update.objects, "update: that the scenes consist of")
+  app.add_option("--objects", update.objects,
+                 "update: that the scenes consist of. Of the slave's CPU time to the first tile "
+                 "after a change, the change's own is what goes beyond that of a move of the "
+                 "camera just before; both are printed")
       ->check(CLI::Range(1, 60'000))
       ->capture_default_str();
   app.add_option("--listen", update.listen,
@@ -225,6 +228,7 @@ int main(int argc, char** argv) {
   }
   masters.update.is_quick = options.is_quick;
   masters.update.repeats = options.repeats;
+  masters.update.only = options.only;
   const tessera::Status status =
       run(suites, options, masters, tessera::bench::run_facts(argc, argv), json_path);
   return status.is_ok() ? 0 : fail(1, status.message());

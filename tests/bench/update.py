@@ -23,7 +23,7 @@ import result_file  # noqa: E402
 
 KINDS = ["camera", "light", "material", "one object moved", "all objects moved", "1 % of the vertices", "all vertices"]
 FIGURES = ("first_of_kind_seconds", "first_pixel_seconds", "tile_seconds", "beyond_seconds", "beyond_least_seconds", "frame_seconds",
-           "build_seconds", "master_cpu_seconds", "slave_cpu_seconds", "scene_bytes", "built_primitives", "frames_per_second")
+           "build_seconds", "master_cpu_seconds", "slave_cpu_seconds", "slave_cpu_still_seconds", "scene_bytes", "built_primitives", "frames_per_second")
 LINKS_KBIT = {"1 Gbit/s": 1_000_000, "100 Mbit/s": 100_000}
 ALONE_ABOVE = 1_000_000  # triangles; so large a scene goes to one slave
 RUN_SECONDS = 3000

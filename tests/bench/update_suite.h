@@ -22,6 +22,7 @@ struct UpdateOptions {
   std::string keys_folder;  // of a master; with `listen`
   int slaves = 1;           // waited for before the first frame; with `listen`
   std::string link;         // what the slaves are reached by, for the reader
+  std::string only;         // edits with this in their name, beside the camera; empty: all
   int repeats = 7;          // edits of each kind that are measured
   bool is_quick = false;    // small scenes, few edits
 };

@@ -51,6 +51,18 @@ def costs_table(scenes):
     return over_sizes(scenes, cell)
 
 
+def objects_table(scenes):
+    """Per kind of edit: bytes, and the slave's CPU-milliseconds to the end of the first tile: all, a camera's, the edit's own."""
+    columns = ["changed"] + [f"{scene['objects']:,} objects, {about(scene['triangles'])} triangles" for scene in scenes]
+
+    def cell(edit):
+        whole, still = (1e3 * edit[key] for key in ("slave_cpu_seconds", "slave_cpu_still_seconds"))
+        return f"{number(1e-3 * edit['scene_bytes'])} kB; {whole:.2f} - {still:.2f} = {whole - still:.2f}"
+    edits = [edits_of(scene) for scene in scenes]
+    names = [edit["name"] for edit in scenes[0]["edits"] if all(edit["name"] in others for others in edits)]
+    return columns, [[name] + [cell(others[name]) for others in edits] for name in names]
+
+
 def links_table(scenes, rest):
     """Of scenes of one size: over each link, with each number of slaves."""
     chosen = [scene for scene in scenes if about(scene["triangles"]) == rest]
@@ -75,7 +87,7 @@ def update_table(runs, rest):
     name, _, more = rest.partition(" ")
     if name == "links":
         return links_table(scenes, more)
-    return {"times": times_table, "bars": bars_table, "costs": costs_table, "pictures": pictures_table}[name](scenes)
+    return {"times": times_table, "bars": bars_table, "costs": costs_table, "objects": objects_table, "pictures": pictures_table}[name](scenes)
 
 
 def update_plot(runs, _):
