@@ -6,10 +6,10 @@
 // depends on a ray; then the rays take their leaves, each the nearest first, in rounds, in which
 // all of them step into a structure and go through it. Decision: ../decisions/instances.md.
 //
-// For closest hits; rays of which any hit will do go one by one. A ray's answer is that of
-// bvh_ray-inl.h: both visit every leaf that the ray meets before its hit. A ray that meets too many
-// leaves is traced by itself, and so are those that are not done with the nodes when there are too
-// many, and those that begin behind their origin.
+// A ray's answer is that of bvh_ray-inl.h: both visit every leaf that the ray meets before its hit,
+// or, where any hit will do, until it has one. A ray that meets too many leaves is traced by
+// itself, and so are those that are not done with the nodes when there are too many, and those that
+// begin behind their origin.
 //
 // Threads. One traversal owns one.
 #include "slave/core/traverse/view_layout.h"
@@ -41,7 +41,7 @@ constexpr bool kStreams = false;
 #if HWY_TARGET == HWY_AVX3
 
 template <class Shapes, class Leaf>
-constexpr bool kStreams<BvhView<16, Shapes>, Leaf> = !Leaf::kIsAny && requires(Leaf leaf) {
+constexpr bool kStreams<BvhView<16, Shapes>, Leaf> = requires {
   typename Leaf::Stream;
 };
 

@@ -92,7 +92,8 @@ template <class View>
 void closest_many(const View& scene, const ManyRays& rays, const HitArrays& hits) {
   ClosestCall<View> call{{scene, hits}, rays};
   RaysLeft<ClosestCall<View>> left(rays, call);
-  if (left.advance()) closest_of_each(scene, left);
+  using Leaf = typename Tracers<View>::Leaves::template Ray<false>;
+  if (left.advance()) trace_each<Leaf>(scene, left);
 }
 
 template <class View>
@@ -117,15 +118,15 @@ struct AnyCall {
   }
 };
 
-// Rays that do not fly go one by one. What blocked one of them is tested first for the next, of
-// whatever packet.
+// Rays that neither fly nor stream go one by one. What blocked one of them is tested first for the
+// next, of whatever packet.
 template <class View>
 void occluded_many(const View& scene, const ManyRays& rays, uint64_t* blocked) {
   AnyCall<View> call{scene, rays, blocked};
   using Leaf = typename Tracers<View>::Leaves::template Ray<true>;
-  if constexpr (kFlies<View, Leaf>) {
+  if constexpr (kFlies<View, Leaf> || kStreams<View, Leaf>) {
     RaysLeft<AnyCall<View>> left(rays, call);
-    if (left.advance()) BvhFlight<View, Leaf>(scene).run(left);
+    if (left.advance()) trace_each<Leaf>(scene, left);
   } else {
     uint32_t blocker = kNoBlock;
     for (int p = 0; p < rays.packet_count; ++p) {

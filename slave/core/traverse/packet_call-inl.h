@@ -149,9 +149,8 @@ struct PacketInFlight : ClosestAnswers<View> {
 };
 
 // Traces rays without company, as many as `rays` has.
-template <class View, class Rays>
-HWY_INLINE void closest_of_each(const View& scene, Rays& rays) {
-  using Leaf = typename Tracers<View>::Leaves::template Ray<false>;
+template <class Leaf, class View, class Rays>
+HWY_INLINE void trace_each(const View& scene, Rays& rays) {
   if constexpr (kFlies<View, Leaf>) {
     BvhFlight<View, Leaf>(scene).run(rays);
   } else if constexpr (kStreams<View, Leaf>) {
@@ -174,7 +173,7 @@ template <class View, class Packet>
 HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const HitArrays& hits) {
   put_misses(hits);
   PacketInFlight<View, Packet> rays{{scene, hits}, packet};
-  closest_of_each(scene, rays);
+  trace_each<typename Tracers<View>::Leaves::template Ray<false>>(scene, rays);
 }
 
 template <class Tracer, class View, class Packet>

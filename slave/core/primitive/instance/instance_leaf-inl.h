@@ -99,7 +99,7 @@ class InstanceRayLeaf
     return (shapes.blocks[block] & kIsItem) != 0;
   }
 #if HWY_TARGET == HWY_AVX3
-  using Stream = InstanceStream<W>;
+  using Stream = InstanceStream<W, kAny>;
   HWY_INLINE void join(Stream& stream, const Shapes& shapes, uint32_t block) {
     stream.add(this->item_, shapes, shapes.blocks[block] ^ kIsItem);
   }

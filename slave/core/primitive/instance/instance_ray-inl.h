@@ -52,6 +52,11 @@ class InstanceRayTest {
   HWY_INLINE void settle(const RayInside<W, kAny>& inside, const TriangleBlock<W>& block,
                          size_t first, const Candidates& found);
   OneRay& ray() const { return ray_; }
+  // Excluded number k of the ray within the mesh; -1 and numbers of other instances are none of the
+  // mesh's.
+  HWY_INLINE int32_t excluded(size_t k, const RayInside<W, kAny>& inside) const {
+    return ray_.excluded[k] - static_cast<int32_t>(inside.instance->first_primitive);
+  }
 
  private:
   void traverse(RayInside<W, kAny>& inside);
@@ -84,13 +89,12 @@ bool InstanceRayTest<W, kAny>::test_placed(const InstanceBlock& instance,
 template <int W, bool kAny>
 bool InstanceRayTest<W, kAny>::test(const RayInside<W, kAny>& inside,
                                     const TriangleBlock<W>* blocks, uint32_t count) {
-  int32_t excluded[2];  // -1 and numbers of other instances are none of the mesh's
-  for (size_t k = 0; k < 2; ++k)
-    excluded[k] = ray_.excluded[k] - static_cast<int32_t>(inside.instance->first_primitive);
+  const int32_t excluded_here[2] = {excluded(0, inside), excluded(1, inside)};
   for (uint32_t i = 0; i < count; ++i) {
     TESSERA_COUNT(blocks, 1);
     for (size_t first = 0; first < W; first += TriangleSight<W, kAny>::kStep) {
-      const Candidates found = inside.sight.template look<kAny, true>(blocks[i], first, excluded);
+      const Candidates found =
+          inside.sight.template look<kAny, true>(blocks[i], first, excluded_here);
       if (found.possible != 0) settle(inside, blocks[i], first, found);
       if (kAny && test_.has_hit()) return true;
     }

@@ -45,12 +45,12 @@ struct Visits {
   }
 };
 
-template <int W>
+template <int W, bool kAny>
 class InstanceStream {
   using V = FloatsOf<W>;
   using Shapes = TrianglesAndInstances<W>;
-  using Test = InstanceRayTest<W, false>;
-  using Inside = RayInside<W, false>;
+  using Test = InstanceRayTest<W, kAny>;
+  using Inside = RayInside<W, kAny>;
   using Group = Axes<FloatsOf<16>>;
 
  public:
@@ -88,12 +88,13 @@ class InstanceStream {
   Inside inside_[kMost + 1];
   Visits<kVisitsMost> nodes_, leaves_;
   Found found_[kFoundMost];
-  TrianglePairs pairs_;
+  TrianglePairs<kAny> pairs_;
 };
 
 // Takes a group of rays, from `first` on, into their instances, and to the roots there.
-template <int W>
-typename InstanceStream<W>::Counts InstanceStream<W>::enter(size_t first, Counts counts) {
+template <int W, bool kAny>
+typename InstanceStream<W, kAny>::Counts InstanceStream<W, kAny>::enter(size_t first,
+                                                                        Counts counts) {
   const size_t last = min_of(first + Group::kRays, count_) - 1;
   Inside* inside[Group::kRays];  // a group that is not full has its last ray again
   const OneRay* outer[Group::kRays];
@@ -123,9 +124,10 @@ typename InstanceStream<W>::Counts InstanceStream<W>::enter(size_t first, Counts
   return counts;
 }
 
-template <int W>
-typename InstanceStream<W>::Counts InstanceStream<W>::visit(uint32_t ray, const BvhNode<W>& node,
-                                                            Counts counts) {
+template <int W, bool kAny>
+typename InstanceStream<W, kAny>::Counts InstanceStream<W, kAny>::visit(uint32_t ray,
+                                                                        const BvhNode<W>& node,
+                                                                        Counts counts) {
   const Inside& inside = inside_[ray];
   alignas(64) float t_in[W];
   const uint32_t met = inside.slabs.overlapping(inside.ray, node, t_in);
@@ -136,8 +138,8 @@ typename InstanceStream<W>::Counts InstanceStream<W>::visit(uint32_t ray, const 
 }
 
 // Rays that are not done with the nodes when there are too many go on by themselves.
-template <int W>
-typename InstanceStream<W>::Counts InstanceStream<W>::visit_nodes(Counts counts) {
+template <int W, bool kAny>
+typename InstanceStream<W, kAny>::Counts InstanceStream<W, kAny>::visit_nodes(Counts counts) {
   uint64_t done = 0;  // rays that went on by themselves
   for (size_t i = 0; i < counts.nodes; ++i) {
     const uint32_t ray = nodes_.ray[i];
@@ -151,16 +153,23 @@ typename InstanceStream<W>::Counts InstanceStream<W>::visit_nodes(Counts counts)
   return counts;
 }
 
-template <int W>
-void InstanceStream<W>::look_at(size_t leaves) {
+template <int W, bool kAny>
+void InstanceStream<W, kAny>::look_at(size_t leaves) {
   for (size_t i = 0; i < leaves; ++i) {
     const uint32_t ray = leaves_.ray[i], leaf = leaves_.child[i];
     const Inside& inside = inside_[ray];
+    Test& test = *tests_[ray];
+    if (kAny && test.ray().has_hit()) continue;
+    const int32_t excluded[2] = {test.excluded(0, inside), test.excluded(1, inside)};
     const TriangleBlock<W>* block = inside.mesh->triangles + leaf_first(leaf);
     const TriangleBlock<W>* const end = block + leaf_count(leaf);
     do {
       TESSERA_COUNT(blocks, 1);
-      const Candidates triangles = inside.sight.template look<false, true>(*block, 0, nullptr);
+      const Candidates triangles = inside.sight.template look<false, true>(*block, 0, excluded);
+      if (kAny && triangles.certain != 0) {
+        test.settle(inside, *block, 0, triangles);
+        break;
+      }
       found_[found_count_] = {block, ray, triangles};
       found_count_ += triangles.possible != 0;
       if (HWY_UNLIKELY(found_count_ == kFoundMost)) settle_found();
@@ -168,19 +177,20 @@ void InstanceStream<W>::look_at(size_t leaves) {
   }
 }
 
-template <int W>
-void InstanceStream<W>::settle_found() {
+template <int W, bool kAny>
+void InstanceStream<W, kAny>::settle_found() {
   for (size_t i = 0; i < found_count_; ++i) settle(found_[i]);
   pairs_.decide();
   found_count_ = 0;
 }
 
-template <int W>
-void InstanceStream<W>::settle(const Found& found) {
+template <int W, bool kAny>
+void InstanceStream<W, kAny>::settle(const Found& found) {
   const Inside& inside = inside_[found.ray];
   Test& test = *tests_[found.ray];
+  if (kAny && test.ray().has_hit()) return;
   const uint32_t open = found.triangles.possible & ~found.triangles.sure;
-  constexpr int kFew = TriangleRay<W, false>::kFew;
+  constexpr int kFew = TriangleRay<W, kAny>::kFew;
   if (HWY_UNLIKELY(__builtin_popcount(open) > kFew))
     return test.settle(inside, *found.block, 0, found.triangles);
   for (uint32_t bits = found.triangles.possible; bits != 0; bits &= bits - 1) {
@@ -192,8 +202,8 @@ void InstanceStream<W>::settle(const Found& found) {
   }
 }
 
-template <int W>
-void InstanceStream<W>::run() {
+template <int W, bool kAny>
+void InstanceStream<W, kAny>::run() {
   Counts counts{0, 0};
   for (size_t i = 0; i < count_; i += Group::kRays) counts = enter(i, counts);
   counts = visit_nodes(counts);

@@ -25,6 +25,8 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_AVX3
 
+// kAny: whether any hit will do.
+template <bool kAny>
 class TrianglePairs {
   using Quad = Axes<FloatsOf<4>>;
 
@@ -32,7 +34,7 @@ class TrianglePairs {
   // Adds a pair. corners: the three of them, by axis. is_sure: whether the line surely passes
   // through the triangle.
   HWY_INLINE void add(OneRay& ray, const Quad (&corners)[3], uint32_t number, bool is_sure);
-  // Decides what was added: rays have their nearest hit then.
+  // Decides what was added: rays have their nearest hit then, or any.
   HWY_NOINLINE void decide();
 
  private:
@@ -62,7 +64,9 @@ class TrianglePairs {
   size_t count_ = 0;
 };
 
-void TrianglePairs::add(OneRay& ray, const Quad (&corners)[3], uint32_t number, bool is_sure) {
+template <bool kAny>
+void TrianglePairs<kAny>::add(OneRay& ray, const Quad (&corners)[3], uint32_t number,
+                              bool is_sure) {
   Pair& pair = pair_[count_];
   for (size_t a = 0; a < 3; ++a)
     corners[a].with_fourth(ray.origin[a]).store_each([&](size_t) { return pair.by_axis[a]; });
@@ -75,7 +79,8 @@ void TrianglePairs::add(OneRay& ray, const Quad (&corners)[3], uint32_t number, 
 }
 
 // The pairs are turned four by four; columns[c] of four has number c of each axis, then of the way.
-TrianglePairs::Columns TrianglePairs::columns_of(const Pair* pairs) {
+template <bool kAny>
+typename TrianglePairs<kAny>::Columns TrianglePairs<kAny>::columns_of(const Pair* pairs) {
   using V = FloatsOf<16>;
   using H = FloatsOf<8>;
   const TagOf<V> d;
@@ -116,7 +121,8 @@ TrianglePairs::Columns TrianglePairs::columns_of(const Pair* pairs) {
   return of;
 }
 
-void TrianglePairs::find_t(size_t at) {
+template <bool kAny>
+void TrianglePairs<kAny>::find_t(size_t at) {
   const Columns of = columns_of(pair_ + at);
   const auto plane = PlaneLanes::through([&](size_t k) HWY_ATTR { return of.corner[k]; },
                                          [&](size_t a) HWY_ATTR { return of.origin[a]; });
@@ -128,7 +134,8 @@ void TrianglePairs::find_t(size_t at) {
 }
 
 // As TriangleRay decides a triangle.
-void TrianglePairs::settle(size_t i) {
+template <bool kAny>
+void TrianglePairs<kAny>::settle(size_t i) {
   TESSERA_COUNT(candidates, 1);
   OneRay& ray = *ray_[i];
   float t = t_[i];
@@ -146,11 +153,12 @@ void TrianglePairs::settle(size_t i) {
       if (!exact.is_hit || !ray.is_nearer(t, number_[i])) return;
     }
   }
-  ray.accept<false>(t, number_[i]);
+  ray.template accept<kAny>(t, number_[i]);
 }
 
 // Pairs behind the last are of earlier times, or nothing at all; nobody asks what comes of them.
-inline void TrianglePairs::decide() {
+template <bool kAny>
+void TrianglePairs<kAny>::decide() {
   for (size_t at = 0; at < count_; at += kStep) find_t(at);
   for (size_t i = 0; i < count_; ++i) settle(i);
   count_ = 0;
