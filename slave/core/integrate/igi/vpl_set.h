@@ -44,11 +44,12 @@ class VplSets {
 
  private:
   class Walks;
+  class WalkedPoints;
 
   // Luminous power that light of each depth carries, found by a few walks. Shape: [bounces + 1].
   std::vector<double> power_by_depth(Walks& walks, const LightSubpaths& light, std::size_t depths);
-  void make_set(Walks& walks, const LightSubpaths& light, std::uint32_t key,
-                const std::vector<int>& counts, std::size_t k);
+  void make_sets(Walks& walks, const LightSubpaths& light, std::uint32_t key,
+                 const std::vector<int>& counts);
 
   std::vector<std::vector<LightPoint>> sets_;
   std::vector<LightPoint> each_;
