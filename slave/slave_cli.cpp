@@ -114,7 +114,7 @@ void declare(CLI::App& app, Words& words) {
       ->capture_default_str();
   app.add_option("--structure", words.structure,
                  "what rays go through: auto, bvh, kd, kd-quality (twice as long to build),\n"
-                 "bvh-quality (up to twice, faster where large triangles overlap);\n"
+                 "bvh-quality (up to thrice, faster where large triangles overlap);\n"
                  "pictures do not depend on it")
       ->check(CLI::IsMember(core::structure_names()).description(""))
       ->type_name("NAME")

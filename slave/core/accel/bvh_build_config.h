@@ -4,6 +4,8 @@
 // Threads. Plain values.
 #pragma once
 
+#include <cstdint>
+
 #include "slave/core/accel/primitive_set.h"
 
 namespace tessera::core {
@@ -22,25 +24,20 @@ struct BvhBuildConfig {
   float overlap_min = 1e-3f;
   float overlap_share = 0.2f;
   float cut_weight = 1.2f;
-  // Cuts are made near the root alone, in ranges that are too large to be one task's, and only if
-  // what lies below is then cheaper than where none is made.
+  // Cuts are made near the root alone, in ranges that are too large to be one task's.
+  bool only_top_is_cut = false;
+  // Cuts are made only if what lies below those near the root is then cheaper than without them.
   bool cuts_have_to_pay = false;
+  // Ranges are split until a block holds so many of them: parts of a block may then be children of
+  // wide nodes by themselves where that is cheaper.
+  std::uint32_t leaves_per_block = 1;
+  // So many times each subtree is tried at all other places (reinsertion.h).
+  int reinsertions = 0;
 };
 
 // The usual hierarchy. Requires: the clipper outlives the build.
-inline BvhBuildConfig usual_build(const PrimitiveClipper& clipper) {
-  BvhBuildConfig config;
-  config.clipper = &clipper;
-  config.cuts_max = 0.03f;
-  config.cuts_have_to_pay = true;
-  return config;
-}
-
+BvhBuildConfig usual_build(const PrimitiveClipper& clipper);
 // The hierarchy of quality. Requires: the clipper outlives the build.
-inline BvhBuildConfig spatial_build(const PrimitiveClipper& clipper) {
-  BvhBuildConfig config;
-  config.clipper = &clipper;
-  return config;
-}
+BvhBuildConfig spatial_build(const PrimitiveClipper& clipper);
 
 }  // namespace tessera::core

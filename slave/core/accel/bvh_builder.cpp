@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "slave/core/accel/bvh_fragment.h"
+#include "slave/core/accel/bvh_reinsertion.h"
 #include "slave/core/accel/range_splitter.h"
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/tree_top.h"
@@ -76,6 +77,8 @@ class Builder {
     fragment.tree.reserve(2 * blocks);
     FragmentGrower<W> grower(splitter_, config_, fragment);
     fragment.costs = grower.grow(from.range, from.depth);
+    if (config_.reinsertions > 0 && !splitter_.is_cancelled())
+      FragmentMover<W>(splitter_, config_, fragment).move(from.depth);
   }
 
   void weigh_top() {
@@ -103,7 +106,11 @@ template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
                      const BvhBuildConfig& config) {
   BvhBuildConfig chosen = config;
-  if (config.cuts_have_to_pay && !do_cuts_pay(set, W, control, config)) chosen.clipper = nullptr;
+  if (config.cuts_have_to_pay && !do_cuts_pay(set, W, control, config)) {
+    chosen.clipper = nullptr;
+    // Where boxes hardly overlap, those of parts of a block are hardly smaller.
+    chosen.leaves_per_block = 1;
+  }
   const TreeTop top(set, W, control, chosen);
   Bvh<W> bvh;
   if (top.all().size() == 0) return bvh;

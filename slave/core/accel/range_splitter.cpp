@@ -15,6 +15,7 @@ RangeSplitter::RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all,
       control_(control),
       config_(config),
       width_(static_cast<std::uint32_t>(width)),
+      leaf_size_(width_ / config.leaves_per_block),
       alone_from_(set.alone_from),
       block_size_(set.alone_from < set.boxes.size() ? 1 : width_),
       task_refs_(task_refs),
@@ -34,8 +35,8 @@ bool RangeSplitter::may_be_leaf(const RefRange& range) const {
 bool RangeSplitter::begin_branch(const RefRange& range, int depth, Branch& branch) const {
   branch.range = range;
   // Where no cut follows, nothing has to move to make room for parts.
-  if (config_.cuts_have_to_pay && !is_of_top(range)) branch.range.limit = range.end;
-  branch.is_split = range.size() > width_ || !may_be_leaf(range);
+  if (config_.only_top_is_cut && !is_of_top(range)) branch.range.limit = range.end;
+  branch.is_split = range.size() > leaf_size_ || !may_be_leaf(range);
   const auto halvings = static_cast<int>(std::bit_width(range.size() - 1));
   return branch.is_split && depth + halvings <= kBvhDepthMax;
 }

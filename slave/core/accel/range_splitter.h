@@ -77,6 +77,7 @@ class RangeSplitter {
   const BuildControl& control_;
   const BvhBuildConfig config_;
   const std::uint32_t width_;
+  const std::uint32_t leaf_size_;  // most primitives of a leaf that is not split further
   const std::uint32_t alone_from_;
   const std::uint32_t block_size_;  // 1 where some primitives take a leaf each
   const std::uint32_t task_refs_;

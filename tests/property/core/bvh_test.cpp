@@ -8,6 +8,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/bvh_fast_builder.h"
+#include "slave/core/accel/bvh_fit.h"
 #include "slave/core/accel/tree_top.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
@@ -69,6 +70,7 @@ BvhBuildConfig many_cuts(const PrimitiveClipper& clipper) {
   config.overlap_min = 0;
   config.overlap_share = 0;
   config.cut_weight = 0.5f;
+  config.cuts_have_to_pay = false;
   return config;
 }
 
@@ -194,6 +196,19 @@ void expect_cuts_where_they_pay(const Triangles& triangles, bool do_pay) {
 TEST(Bvh, CutsNearTheRootHaveToPay) {
   expect_cuts_where_they_pay(Triangles(small_and_large()), true);
   expect_cuts_where_they_pay(Triangles(rings_on_a_floor()), false);
+}
+
+// Also where cuts do not pay, for then none is made.
+TEST(Bvh, QualityCostsRaysLess) {
+  for (const Mesh& mesh : {small_and_large(), rings_on_a_floor(), test::make_torus(300, 150),
+                           test::make_random_triangles(30000, 0.05f, 1)}) {
+    const Triangles triangles(mesh);
+    const TriangleClipper clipper(triangles.store.vertices);
+    const auto usual = triangles.build<16>(usual_build(clipper));
+    const auto quality = triangles.build<16>(spatial_build(clipper));
+    ASSERT_TRUE(usual.is_ok() && quality.is_ok());
+    EXPECT_LT(sah_cost(quality->bvh), sah_cost(usual->bvh));
+  }
 }
 
 TEST(Bvh, LeavesDegenerateTrianglesOut) {

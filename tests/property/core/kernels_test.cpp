@@ -48,6 +48,7 @@ struct Prepared {
     spatial.overlap_min = 0;
     spatial.overlap_share = 0;
     spatial.cut_weight = 0.5f;
+    spatial.cuts_have_to_pay = false;
     cut_bvh16 = std::move(*index_by_bvh<16>(boxes, store.vertices, {1, nullptr}, spatial));
     KdBuildConfig cut = quality_build(clipper);
     cut.cost_intersect = 1;
