@@ -23,16 +23,15 @@ class RayList {
   static constexpr int kPacketsMax = kRaysMax / kPacketRays;
   static constexpr float kNoEnd = std::numeric_limits<float>::infinity();
 
-  RayList() { std::fill_n(t_min_, kRaysMax, 0.0f); }
-
   void clear() {
     std::fill_n(active_, packet_count_, std::uint64_t{0});
     packet_count_ = 0;
   }
   // Puts a ray in a place. Requires: it is empty, and below kRaysMax.
-  void put(int place, Vec3f origin, Vec3f direction, float t_max = kNoEnd) {
+  void put(int place, Vec3f origin, Vec3f direction, float t_max = kNoEnd, float t_min = 0) {
     put_vector(origin, origin_, place);
     put_vector(direction, direction_, place);
+    t_min_[place] = t_min;
     t_max_[place] = t_max;
     active_[place / kPacketRays] |= std::uint64_t{1} << place % kPacketRays;
     packet_count_ = std::max(packet_count_, place / kPacketRays + 1);

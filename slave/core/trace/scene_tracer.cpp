@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "slave/core/ray/ray_bits.h"
 #include "slave/core/ray/ray_list.h"
@@ -75,6 +76,32 @@ void trace_alone(const Rays& rays, int packet_count, const MethodTracer& tracer,
 
 }  // namespace
 
+// Rays that go through what they have hit, and their places in the arrays of the caller.
+struct PassingRays {
+  static constexpr int kMost = RayList::kRaysMax;
+
+  // Adds a ray that goes through what is at t.
+  void add(int at, const SingleRay& ray, float t) {
+    next->put(count, {ray.origin[0], ray.origin[1], ray.origin[2]},
+              {ray.direction[0], ray.direction[1], ray.direction[2]}, ray.t_max,
+              std::nextafter(t, std::numeric_limits<float>::infinity()));
+    place[count++] = at;
+  }
+  // Begins a list anew. Returns: the one before.
+  const RayList& take() {
+    std::swap(list, next);
+    next->clear();
+    count = 0;
+    return *list;
+  }
+
+  int count = 0;  // in the next list
+  int place[kMost];
+  RayList lists[2];
+  RayList *list = &lists[0], *next = &lists[1];
+  ListHits found;
+};
+
 // A hit at exactly the same t behind the one that is passed is passed, too: two sheets that lie in
 // one place are one sheet.
 void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
@@ -84,14 +111,35 @@ void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
   }
 }
 
+// What is behind a surface is asked for all rays that go through one by one call.
 template <class Rays>
 void SceneTracer::go_through_all(const Rays& rays, const HitArrays& hits) const {
+  PassingRays passing;
   for_each_of(rays, [&](int, int i) {
-    if (hits.primitive[i] == kNoPrimitive) return;
-    SingleHit hit{hits.t[i], hits.primitive[i]};
-    go_through(ray_of(rays, i), hit);
-    put(hit, i, hits);
+    const SingleHit hit{hits.t[i], hits.primitive[i]};
+    if (hit.primitive == kNoPrimitive) return;
+    const SingleRay ray = ray_of(rays, i);
+    if (!alpha_->is_passed(hit, ray, patch_method_)) return;
+    passing.add(i, ray, hit.t);
+    if (passing.count == PassingRays::kMost) go_behind(passing, hits);
   });
+  go_behind(passing, hits);
+}
+// Takes the rays to what they do not go through. None is left.
+void SceneTracer::go_behind(PassingRays& passing, const HitArrays& hits) const {
+  while (passing.count > 0) {
+    const int count = passing.count;
+    const ManyRays rays = passing.take().many();
+    nearest(rays, passing.found.arrays());
+    for (int k = 0; k < count; ++k) {
+      const SingleHit hit{passing.found.t[k], passing.found.primitive[k]};
+      const int i = passing.place[k];
+      put(hit, i, hits);
+      if (hit.primitive == kNoPrimitive) continue;
+      const SingleRay ray = ray_of(rays, k);
+      if (alpha_->is_passed(hit, ray, patch_method_)) passing.add(i, ray, hit.t);
+    }
+  }
 }
 void SceneTracer::go_through(const FanPacket& rays, const HitArrays& hits) const {
   go_through_all(rays, hits);
@@ -104,9 +152,9 @@ void SceneTracer::by_method(const FanPacket& rays, PacketHits& hits) const {
   trace_alone(rays, 1, *by_method_, arrays_of(hits));
   if (alpha_ != nullptr) go_through(rays, arrays_of(hits));
 }
-void SceneTracer::by_method(const ManyRays& rays, const HitArrays& hits) const {
-  trace_alone(rays, rays.packet_count, *by_method_, hits);
-  if (alpha_ != nullptr) go_through(rays, hits);
+void SceneTracer::nearest(const ManyRays& rays, const HitArrays& hits) const {
+  if (is_by_method()) return trace_alone(rays, rays.packet_count, *by_method_, hits);
+  std::visit([&](const auto& v) { table(v).closest_many(v, rays, hits); }, view_);
 }
 
 std::uint64_t SceneTracer::stopped(const FanPacket& rays) const {

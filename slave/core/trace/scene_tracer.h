@@ -75,6 +75,7 @@ inline const auto& kernels_of(const KernelTable& table, const PatchedView<16>&) 
 }
 
 class AlphaSurfaces;
+struct PassingRays;
 
 class SceneTracer {
  public:
@@ -109,8 +110,7 @@ class SceneTracer {
   }
   // The same for any number of rays with origins of their own.
   void closest(const ManyRays& rays, const HitArrays& hits) const {
-    if (is_by_method()) return by_method(rays, hits);
-    std::visit([&](const auto& v) { table(v).closest_many(v, rays, hits); }, view_);
+    nearest(rays, hits);
     if (alpha_ != nullptr) go_through(rays, hits);
   }
   void closest(const RayPacket& rays, PacketHits& hits) const {
@@ -159,7 +159,6 @@ class SceneTracer {
   }
   // The same for packets where a method answers for patches: ray by ray.
   void by_method(const FanPacket& rays, PacketHits& hits) const;
-  void by_method(const ManyRays& rays, const HitArrays& hits) const;
   // Replaces hits that are passed by the first behind them that is not. Requires: alpha_ is not
   // null.
   void go_through(SingleRay ray, SingleHit& hit) const;
@@ -167,6 +166,9 @@ class SceneTracer {
   void go_through(const ManyRays& rays, const HitArrays& hits) const;
   template <class Rays>
   void go_through_all(const Rays& rays, const HitArrays& hits) const;
+  void go_behind(PassingRays& passing, const HitArrays& hits) const;
+  // Nearest hits of any number of rays, as nearest().
+  void nearest(const ManyRays& rays, const HitArrays& hits) const;
   // What is blocked, where the kernels for any hit do not do: rays go through something, or a
   // method answers for patches.
   std::uint64_t stopped(const FanPacket& rays) const;
