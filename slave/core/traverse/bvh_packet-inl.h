@@ -51,7 +51,7 @@ class EnteredTrees {
   const View& scene_;
   const BvhNode<kEntryWidth>* top_ = nullptr;
   uint32_t left_ = 0;
-  alignas(64) float z_near_[kEntryWidth];
+  alignas(64) float z_near_[kEntryWidth] = {};
 };
 
 template <class View, class Rays, class Leaf>
