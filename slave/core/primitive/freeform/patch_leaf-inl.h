@@ -16,6 +16,7 @@
 
 #include "slave/core/primitive/freeform/patch_filter-inl.h"
 #include "slave/core/primitive/freeform/patch_pairs-inl.h"
+#include "slave/core/primitive/freeform/points_in_frame-inl.h"
 #include "slave/core/primitive/mixed_leaf-inl.h"
 #include "slave/core/primitive/patch/patch_decision-inl.h"
 
@@ -161,8 +162,8 @@ template <int W, bool kAny, class Rays, template <int, bool> class Test>
 template <bool kRational, int kM, int kN>
 bool PatchPacketTest<W, kAny, Rays, Test>::decide(const Patch& patch, const SubPatch& part,
                                                   const Candidates& rays) {
-  PatchPoint local[kM != 0 ? (kM + 1) * (kN + 1) : kPatchPointsMax];
-  local_points(part, patch, local);
+  const PointsInFrame<kRational, kM, kN> local(part, patch);
+  const PartNumbers<double> numbers = numbers_of(part, patch.extent);
   constexpr int kWidth = static_cast<int>(kLanesOf<Doubles>);
   bool has_hit = false;
   uint64_t asked = 0;
@@ -172,8 +173,8 @@ bool PatchPacketTest<W, kAny, Rays, Test>::decide(const Patch& patch, const SubP
       origin[a] = load<Doubles>(rays.origin[a] + first);
       direction[a] = load<Doubles>(rays.direction[a] + first);
     }
-    const PatchDecision<Doubles> answer = decided<Doubles, kRational, kM, kN>(
-        part, local, patch.degree_u, patch.degree_v, patch.extent, origin, direction);
+    const PatchDecision<Doubles> answer = decided_of<Doubles, kRational, kM, kN>(
+        numbers, local.points(), patch.degree_u, patch.degree_v, origin, direction);
     alignas(64) double t[kWidth], u[kWidth] = {}, v[kWidth] = {};
     store(answer.t, t);
     if (part.is_trimmed) {

@@ -15,6 +15,7 @@
 #define TESSERA_CORE_PATCH_PAIRS_INL_H_
 #endif
 
+#include "slave/core/primitive/patch/lane_rows-inl.h"
 #include "slave/core/primitive/patch/patch_decision-inl.h"
 #include "slave/core/ray/one_ray-inl.h"
 
@@ -44,13 +45,12 @@ class PatchPairs {
            !is_border_span(part);
   }
 
-  // Requires: takes().
+  // The ray, the patch and the sub-patch have to stay until decide(). Requires: takes().
   HWY_INLINE void put(int lane, const OneRay& ray, const Patch& patch, const SubPatch& part) {
     static_assert(offsetof(SubPatch, second) == (kPartNumbers - 9) * sizeof(float));
-    float of_part[kPartNumbers];
-    __builtin_memcpy(of_part, &part, sizeof(of_part));
-    for (int k = 0; k < kPartNumbers; ++k) part_[k][lane] = of_part[k];
-    for (int k = 0; k < 48; ++k) number_[k][lane] = patch.numbers[k];
+    part_[lane] = reinterpret_cast<const float*>(&part);
+    number_[lane] = patch.numbers;
+    fetch_lines<3>(patch.numbers);
     for (int a = 0; a < 3; ++a) {
       ray_[a][lane] = ray.origin[a];
       ray_[3 + a][lane] = ray.direction[a];
@@ -63,22 +63,23 @@ class PatchPairs {
   // Fills the lanes from `count` on with what the lane before has.
   HWY_INLINE void fill(int count) {
     for (int lane = count; lane < kWidth; ++lane) {
-      for (auto& row : part_) row[lane] = row[count - 1];
-      for (auto& row : number_) row[lane] = row[count - 1];
+      part_[lane] = part_[count - 1];
+      number_[lane] = number_[count - 1];
       for (auto& row : ray_) row[lane] = row[count - 1];
       for (auto& row : range_) row[lane] = row[count - 1];
     }
   }
   // Requires: all lanes are there. They have to be put anew after it.
   HWY_NOINLINE PatchDecision<Doubles> decide() {
-    const auto at = [&](int k) HWY_ATTR { return wide(part_[k]); };
+    Doubles of_part[kPartNumbers] = {};
+    each_row<kPartNumbers>(part_, [&](int k, Doubles x) HWY_ATTR { of_part[k] = x; });
     PartNumbers<Doubles> part = {};
     for (int r = 0; r < 3; ++r) {
-      part.centre[r] = at(9 + r);
-      part.reach[r] = at(12 + r);
+      part.centre[r] = of_part[9 + r];
+      part.reach[r] = of_part[12 + r];
       for (int k = 0; k < 3; ++k) {
-        part.frame[r][k] = at(3 * r + k);
-        part.second[r][k] = at(15 + 3 * r + k);
+        part.frame[r][k] = of_part[3 * r + k];
+        part.second[r][k] = of_part[15 + 3 * r + k];
       }
     }
     part.extent = load<Doubles>(range_[0]);
@@ -86,10 +87,11 @@ class PatchPairs {
     part.half_v = load<Doubles>(range_[2]);
     part.middle_u = load<Doubles>(range_[3]);
     part.middle_v = load<Doubles>(range_[4]);
+    each_row<48>(number_, [&](int k, Doubles x) HWY_ATTR { store(x, point_[k]); });
     // As local_points(), with weights of 1.
     for (int p = 0; p < 16; ++p) {
       Doubles d[3] = {};
-      for (int a = 0; a < 3; ++a) d[a] = wide(number_[3 * p + a]) - part.centre[a];
+      for (int a = 0; a < 3; ++a) d[a] = load<Doubles>(point_[3 * p + a]) - part.centre[a];
       for (int r = 0; r < 3; ++r)
         store(part.frame[r][0] * d[0] + part.frame[r][1] * d[1] + part.frame[r][2] * d[2],
               point_[3 * p + r]);
@@ -109,11 +111,11 @@ class PatchPairs {
     return convert<Doubles>(load<FloatOf<Doubles>>(from));
   }
 
-  alignas(64) float part_[kPartNumbers][kWidth];
-  alignas(64) float number_[48][kWidth];  // of control points
+  const float* part_[kWidth];
+  const float* number_[kWidth];           // of control points
   alignas(64) float ray_[6][kWidth];      // origin, direction
   alignas(64) double range_[5][kWidth];   // extent, halves, middles
-  alignas(64) double point_[48][kWidth];  // control points in the frame
+  alignas(64) double point_[48][kWidth];  // control points, then in the frame
 };
 
 }  // namespace HWY_NAMESPACE
