@@ -289,16 +289,29 @@ TEST(TrimLoopLibrary, SurfacesWithTheSameLoopsShareThem) {
   }
 }
 
+// Anywhere, or near each other, so that all lie in one cell, with pieces or without.
 TEST(TrimSet, SeveralPointsAreAnsweredAsEachAlone) {
-  const TrimSet set(layout(Layout::kNested, 40));
   test::Choices choices(9);
-  std::vector<TrimPlace> places;
-  for (int i = 0; i < 64; ++i) places.push_back({double{choices.share()}, double{choices.share()}});
-  const std::uint64_t bits = set.kept(0, places);
-  for (std::size_t i = 0; i < places.size(); ++i)
-    EXPECT_EQ((bits >> i & 1) != 0, set.is_kept(0, places[i].u, places[i].v));
-  EXPECT_NE(bits, 0u);
-  EXPECT_NE(~bits, 0u);
+  for (const int loops : {2, 40}) {
+    const TrimSet set(layout(Layout::kNested, loops));
+    std::uint64_t any = 0, every = ~std::uint64_t{0};
+    for (int group = 0; group < 200; ++group) {
+      const double width = group % 2 == 0 ? 1 : 0x1p-7;
+      const double u = (1 - width) * double{choices.share()};
+      const double v = (1 - width) * double{choices.share()};
+      std::vector<TrimPlace> places;
+      for (int i = 0; i < 64; ++i)
+        places.push_back(
+            {u + width * double{choices.share()}, v + width * double{choices.share()}});
+      const std::uint64_t bits = set.kept(0, places);
+      for (std::size_t i = 0; i < places.size(); ++i)
+        ASSERT_EQ((bits >> i & 1) != 0, set.is_kept(0, places[i].u, places[i].v)) << group;
+      any |= bits;
+      every &= bits;
+    }
+    EXPECT_NE(any, 0u);
+    EXPECT_NE(~every, 0u);
+  }
 }
 
 TEST(TrimSet, WhatIsNotInTheSquareCountsAsTheNearestPoint) {

@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-// Ends of pieces are this far from the cell, and ranges this much wider than the piece: more than
-// what an answer may be off by, 4 u, times sqrt(2), as |n| is at most that.
+// Ranges are this much wider than the piece: more than what an answer may be off by, 4 u, times
+// sqrt(2), as |n| is at most that.
 constexpr double kRoom = 0x1p-21;
 
 // What a cell sees of a piece, or some more.
@@ -24,10 +24,11 @@ struct Stretch {
 std::optional<Stretch> stretch_of(const TrimCells& cells, const TrimBox& cell,
                                   const TrimListed& of) {
   const TrimPiece& piece = cells.pieces[of.piece];
+  // Ends on a border cut the cell in two as well; comparisons are exact. But points of the upper
+  // borders of the whole square are in cells, too, and level with such an end no ray is crossed.
   for (int e = 0; e < 2; ++e) {
     const double u = piece.u[e], v = piece.v[e];
-    if (u >= cell.u[0] - kRoom && u <= cell.u[1] + kRoom && v >= cell.v[0] - kRoom &&
-        v <= cell.v[1] + kRoom)
+    if (u > cell.u[0] && (u < cell.u[1] || u >= 1) && v > cell.v[0] && (v < cell.v[1] || v >= 1))
       return std::nullopt;
   }
   const bool falls = piece.falls != 0;

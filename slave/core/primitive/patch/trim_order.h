@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts the pieces of a crowded cell in order (TrimOrder): those that begin and end outside it and
-// rise, or those that fall, whichever are more.
+// Puts the pieces of a crowded cell in order (TrimOrder): those that neither begin nor end within
+// it and rise, or those that fall, whichever are more.
 //
-// Why that is right. Such a piece cuts the cell in two. n = (-, +) for those that rise, (+, +) for
+// Why that is right. Such a piece cuts the cell in two, from border to border, also where it begins
+// or ends on one (but for the square's own): what is level with that end, and beside the piece, is
+// beyond the border. n = (-, +) for those that rise, (+, +) for
 // those that fall: a point with a greater x than all of the piece in the cell is not below it, or
 // there would be a point of the piece to its upper left (upper right) with a greater x; and so for
 // a smaller one. It holds for each piece alone, so pieces may cross and touch.

@@ -94,19 +94,48 @@ Kept TrimSet::kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea&
   return is_any ? Kept::kAll : Kept::kNone;
 }
 
-// Memory of many loops comes from far away, and what a place asks is known only when the step
-// before has come: so all places take each step before one takes the next.
+// The last one that holds all places from `low` to `high`: numbers of cells grow with places, so
+// what both corners are in holds what lies between.
+const TrimCell& TrimSet::cell_of_all(std::uint32_t patch, TrimPlace low, TrimPlace high) const {
+  const TrimCell* cell = &loops_->whole[patch];
+  while (cell->is_grid != 0) {
+    const TrimGrid& grid = loops_->cells.grids[cell->first];
+    const TrimCell* const next = &cell_in(grid, low);
+    if (next != &cell_in(grid, high)) break;
+    cell = next;
+  }
+  return *cell;
+}
+
 std::uint64_t TrimSet::kept(std::uint32_t patch, std::span<const TrimPlace> places) const {
   TESSERA_CHECK_LE(places.size(), kTrimPlacesMax);
   const std::size_t count = places.size();
-  if (patch >= loops_->whole.size())
-    return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-  TrimPlace at[kTrimPlacesMax];
-  const TrimCell* cell[kTrimPlacesMax];
+  if (count == 0) return 0;
+  const std::uint64_t all = ~std::uint64_t{0} >> (64 - count);
+  if (patch >= loops_->whole.size()) return all;
+  TrimPlace at[kTrimPlacesMax], low{1, 1}, high{0, 0};
   for (std::size_t i = 0; i < count; ++i) {
     at[i] = {in_square(places[i].u), in_square(places[i].v)};
-    cell[i] = &loops_->whole[patch];
+    low = {std::min(low.u, at[i].u), std::min(low.v, at[i].v)};
+    high = {std::max(high.u, at[i].u), std::max(high.v, at[i].v)};
   }
+  // Places of hits of a few rays side by side mostly lie in one cell, often without a piece.
+  const TrimCell& cell = cell_of_all(patch, low, high);
+  if (cell.is_grid != 0) return kept_apart(cell, {at, count});
+  if (cell.count == 0) return cell.is_odd != 0 ? 0 : all;
+  std::uint64_t bits = 0;
+  TrimSteps steps;
+  for (std::size_t i = 0; i < count; ++i)
+    bits |= std::uint64_t{!loops_->cells.is_odd(cell, at[i].u, at[i].v, steps)} << i;
+  return bits;
+}
+
+// Of places in the cell `from`. Memory of many loops comes from far away, and what a place asks is
+// known only when the step before has come: so all places take each step before one takes the next.
+std::uint64_t TrimSet::kept_apart(const TrimCell& from, std::span<const TrimPlace> at) const {
+  const std::size_t count = at.size();
+  const TrimCell* cell[kTrimPlacesMax];
+  std::fill_n(cell, count, &from);
   bool is_any_grid = true;
   while (is_any_grid) {
     is_any_grid = false;

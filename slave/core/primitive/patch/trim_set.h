@@ -76,6 +76,8 @@ class TrimSet {
 
  private:
   const TrimCell& cell_in(const TrimGrid& grid, TrimPlace at) const;
+  const TrimCell& cell_of_all(std::uint32_t patch, TrimPlace low, TrimPlace high) const;
+  std::uint64_t kept_apart(const TrimCell& from, std::span<const TrimPlace> at) const;
   Kept kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const;
 
   std::shared_ptr<const TrimLoops> loops_;
