@@ -13,6 +13,7 @@
 #include "slave/core/integrate/tile_renderer.h"
 #include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/patch/fat_border.h"
+#include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/trim_set.h"
 #include "slave/core/scene/ray_caster.h"
 #include "slave/core/simd/isa_support.h"
@@ -163,6 +164,27 @@ TEST(FatBorders, HaveTheSameBitsForAllBundlesAndInstructionSets) {
   }
 }
 
+// Whether a place that is met of a border lies where kernels look for it: in the box of the border
+// that stands for it in the hierarchy, and in its frame, near the parabola.
+void expect_held(const core::SubPatch& leader, const Bounds3f& box, Vec3f at) {
+  constexpr float kOff = 1e-5f;
+  double local[3], size[3];
+  for (int r = 0; r < 3; ++r) {
+    EXPECT_GE(at[r], box.lower[r] - kOff);
+    EXPECT_LE(at[r], box.upper[r] + kOff);
+    local[r] = size[r] = 0;
+    for (int a = 0; a < 3; ++a) {
+      local[r] += double{leader.frame[r][a]} * (double{at[a]} - double{leader.centre[a]});
+      size[r] += std::fabs(double{leader.frame[r][a]});
+    }
+    EXPECT_LE(std::fabs(local[r]),
+              (r < 2 ? 1 : 0) + double{leader.reach[r]} + double{kOff} * size[r]);
+  }
+  const double c = leader.second[2][1], y = c * (local[0] * local[0] - 0.5);
+  const double off = double{kOff} * (size[1] + 2 * std::fabs(c) * size[0]);
+  EXPECT_LE(std::fabs(local[1] - y), double{leader.second[2][2]} + off);
+}
+
 // The border that a ray meets first, of those that `parts` stand for.
 struct BorderHit {
   float t = Bounds3f::kInf;
@@ -172,38 +194,74 @@ BorderHit border_hit(const core::PatchStore& store, std::vector<Bounds3f>& boxes
                      Vec3f direction) {
   BorderHit best;
   for (std::size_t p = 0; p < store.parts.size(); ++p) {
-    const core::SubPatch& part = store.parts[p];
-    if (!is_fat_border(part)) continue;
-    const core::FatHit hit =
-        fat_border_hit(store.patches[part.patch], part, &origin.x, &direction.x, 0);
-    if (!hit.is_hit) continue;
-    if (hit.t < best.t) best = {hit.t, hit.u, hit.v};
-    // What kernels look for it in: the box, and the frame.
-    const Vec3f at = origin + direction * hit.t;
-    constexpr float kOff = 1e-5f;
-    for (int a = 0; a < 3; ++a) {
-      EXPECT_GE(at[a], boxes[p].lower[a] - kOff);
-      EXPECT_LE(at[a], boxes[p].upper[a] + kOff);
-    }
-    for (int r = 0; r < 3; ++r) {
-      double local = 0, size = 0;
-      for (int a = 0; a < 3; ++a) {
-        local += double{part.frame[r][a]} * (double{at[a]} - double{part.centre[a]});
-        size += std::fabs(double{part.frame[r][a]});
-      }
-      EXPECT_LE(std::fabs(local), (r < 2 ? 1 : 0) + double{part.reach[r]} + double{kOff} * size);
+    const core::SubPatch& leader = store.parts[p];
+    if (!is_fat_border(leader) || boxes[p].is_empty()) continue;
+    for (const core::SubPatch* part = &leader; part != nullptr; part = next_border_beside(*part)) {
+      const core::FatHit hit =
+          fat_border_hit(store.patches[part->patch], *part, &origin.x, &direction.x, 0);
+      if (!hit.is_hit) continue;
+      if (hit.t < best.t) best = {hit.t, hit.u, hit.v};
+      expect_held(leader, boxes[p], origin + direction * hit.t);
     }
   }
   return best;
 }
 
+Scene scene_of(const PatchSurface& surface) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.surfaces = {std::make_shared<const PatchSurface>(surface)};
+  scene.instances = {{0, {}, ObjectKind::kPatchSurface}};
+  return scene;
+}
+
+// Both faces of an edge have its border, of which one stands in the hierarchy: rays meet what they
+// would meet were all of them there.
+TEST(FatBorders, OfBothFacesAreMetByOneBox) {
+  Choices choices(31);
+  const Cylinder cylinder(1e-3, choices);
+  const Scene scene = scene_of(cylinder.surface());
+  std::vector<Bounds3f> boxes;
+  const auto store = core::make_patch_store(scene, boxes);
+  std::vector<int> times(store.parts.size());
+  int borders = 0, leaders = 0;
+  for (std::size_t p = 0; p < store.parts.size(); ++p) {
+    if (!is_fat_border(store.parts[p])) continue;
+    ++borders;
+    if (boxes[p].is_empty()) continue;
+    ++leaders;
+    for (const core::SubPatch* part = &store.parts[p]; part; part = next_border_beside(*part))
+      ++times[static_cast<std::size_t>(part - store.parts.data())];
+  }
+  EXPECT_LT(leaders, 0.7 * borders);
+  for (std::size_t p = 0; p < store.parts.size(); ++p)
+    EXPECT_EQ(times[p], is_fat_border(store.parts[p]) ? 1 : 0) << p;
+  const auto prepared_scene = prepared(cylinder.surface());
+  int of_borders = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3f at = rounded(cylinder.place(choices).on[0]) + choices.point(5e-4f);
+    const Vec3f from = choices.point(2), along = at - from;
+    float t = Bounds3f::kInf;
+    bool is_border = false;
+    for (const core::SubPatch& part : store.parts) {
+      const core::PatchAnswer answer =
+          core::patch_answer(store.patches[part.patch], part, &from.x, &along.x, 0);
+      if (!answer.is_hit || !(answer.t < t)) continue;
+      t = answer.t;
+      is_border = is_fat_border(part);
+    }
+    const core::CastHit found = hit(*prepared_scene, from, along);
+    ASSERT_EQ(found.is_hit, t < Bounds3f::kInf) << i;
+    ASSERT_TRUE(!found.is_hit || found.t == t) << i;
+    of_borders += is_border ? 1 : 0;
+  }
+  EXPECT_GT(of_borders, 100);
+}
+
 TEST(FatBorders, OfSpansThatAreJoinedAreMetWhereTheyAreOneByOne) {
   Choices choices(5);
   const Cylinder cylinder(1e-3, choices);
-  Scene scene;
-  scene.materials.resize(1);
-  scene.surfaces = {std::make_shared<const PatchSurface>(cylinder.surface())};
-  scene.instances = {{0, {}, ObjectKind::kPatchSurface}};
+  const Scene scene = scene_of(cylinder.surface());
   core::PatchSplitting alone, joined;
   joined.borders.run_max = core::kFatRunMax;
   std::vector<Bounds3f> alone_boxes, joined_boxes;

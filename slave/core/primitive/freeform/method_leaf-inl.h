@@ -12,6 +12,7 @@
 #define TESSERA_CORE_METHOD_LEAF_INL_H_
 #endif
 
+#include "slave/core/primitive/freeform/patch_pairs-inl.h"
 #include "slave/core/primitive/mixed_leaf-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,6 +27,14 @@ class MethodRayTest {
 
   HWY_NOINLINE void test(const PatchesByMethod<W>& shapes, uint32_t item) {
     const SubPatch& part = shapes.parts[item];
+    ask(shapes, part);
+    if (!is_border_span(part)) return;
+    for (const SubPatch* span = next_beside(part); span != nullptr; span = next_beside(*span))
+      ask(shapes, *span);
+  }
+
+ private:
+  HWY_INLINE void ask(const PatchesByMethod<W>& shapes, const SubPatch& part) {
     const PatchAnswer answer = shapes.method.answer(shapes.method.how, shapes.patches[part.patch],
                                                     part, ray_.origin, ray_.direction, ray_.t_min);
     const auto number = static_cast<int32_t>(part.primitive);
@@ -33,7 +42,6 @@ class MethodRayTest {
       ray_.template accept<kAny>(answer.t, number);
   }
 
- private:
   OneRay& ray_;
 };
 

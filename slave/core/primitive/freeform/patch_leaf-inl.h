@@ -31,8 +31,7 @@ class PatchPacketTest {
   HWY_INLINE PatchPacketTest(Rays& rays, Test<W, kAny>& test) : rays_(rays), test_(test) {}
 
   HWY_INLINE bool test(const TrianglesAndPatches<W>& shapes, uint32_t number) {
-    const SubPatch& part = shapes.parts[number];
-    return test(shapes.patches[part.patch], part);
+    return test(shapes, shapes.parts[number]);
   }
   // Asks the complete solver what waits to be asked. Returns: whether some ray has a new best hit.
   HWY_INLINE bool settle_waiting() { return waiting_count_ != 0 && ask_waiting(); }
@@ -49,7 +48,7 @@ class PatchPacketTest {
     alignas(64) double origin[3][kPacketRays + 8], direction[3][kPacketRays + 8];
   };
 
-  HWY_NOINLINE bool test(const Patch& patch, const SubPatch& part);
+  HWY_NOINLINE bool test(const TrianglesAndPatches<W>& shapes, const SubPatch& part);
   // Those that may meet a sub-patch with a frame. more: as in PatchFilter.
   template <class More>
   HWY_INLINE uint64_t possible_rays(const SubPatch& part, const More& more) const {
@@ -79,7 +78,9 @@ class PatchPacketTest {
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPatch& part) {
+bool PatchPacketTest<W, kAny, Rays, Test>::test(const TrianglesAndPatches<W>& shapes,
+                                                const SubPatch& part) {
+  const Patch& patch = shapes.patches[part.patch];
   uint64_t possible = 0;
   if (part.has_frame) {
     const bool is_border = is_border_span(part);
@@ -88,7 +89,12 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
                                                : possible_rays(part, NothingMore());
     if (possible == 0) return false;
     rays_.work_left -= 2 * __builtin_popcountll(possible);
-    if (is_border) return ask_all(patch, part, possible);
+    if (is_border) {
+      bool has_hit = false;
+      for (const SubPatch* span = &part; span != nullptr; span = next_beside(*span))
+        has_hit |= ask_all(shapes.patches[span->patch], *span, possible);
+      return has_hit;
+    }
     Candidates rays;
     gather(possible, rays);
     if (patch.is_rational) {
@@ -212,8 +218,10 @@ class PatchRayTest {
   }
   HWY_NOINLINE void ask(const TrianglesAndPatches<W>& shapes, uint32_t number) {
     const SubPatch& part = shapes.parts[number];
-    take(part,
-         patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min));
+    ask(shapes, part);
+    if (!is_border_span(part)) return;
+    for (const SubPatch* span = next_beside(part); span != nullptr; span = next_beside(*span))
+      if (may_meet(*span)) ask(shapes, *span);
   }
   // What is asked of the complete solver where the decision leaves it undecided.
   HWY_INLINE PatchQuestion question(const Patch& patch, const SubPatch& part) const {
@@ -234,6 +242,11 @@ class PatchRayTest {
   int waiting = 0;  // answers that are not known yet
 
  private:
+  HWY_INLINE void ask(const TrianglesAndPatches<W>& shapes, const SubPatch& part) {
+    take(part,
+         patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min));
+  }
+
   OneRay& ray_;
 };
 

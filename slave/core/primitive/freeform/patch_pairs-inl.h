@@ -26,6 +26,10 @@ namespace HWY_NAMESPACE {
 // Whether it is a span of a widened border (fat_border.h), whose second derivatives have no bound:
 // a decision would leave all of its rays open.
 HWY_INLINE bool is_border_span(const SubPatch& part) { return part.second[0][0] > 0x1.fffffep127f; }
+// The next of the spans that one in the hierarchy stands for, or null. Requires: is_border_span().
+HWY_INLINE const SubPatch* next_beside(const SubPatch& part) {
+  return part.row == 0 ? nullptr : &part + static_cast<int16_t>(part.row);
+}
 
 // Control points of a register of nets, one a lane.
 struct PointsInLanes {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "slave/core/primitive/patch/fat_border.h"
+#include "slave/core/primitive/patch/fat_borders_beside.h"
 #include "slave/core/primitive/patch/patch_input.h"
 #include "slave/core/primitive/patch/patch_preparation.h"
 #include "slave/core/primitive/patch/placed_sub_patch.h"
@@ -247,6 +248,12 @@ PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
   store.patches.shrink_to_fit();
   store.parts.shrink_to_fit();
   set_numbers(scene.instances, store);
+  const std::size_t others = boxes.size() - store.parts.size();
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const std::size_t first = store.first_part[i], count = store.first_part[i + 1] - first;
+    join_borders_beside(store.patches.data(), std::span(store.parts).subspan(first, count),
+                        std::span(boxes).subspan(others + first, count));
+  }
   return store;
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "common/math/vec3d.h"
+#include "slave/core/primitive/patch/fat_border_frame.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
 #include "slave/core/primitive/patch/trim_set.h"
 
@@ -46,87 +47,10 @@ double stretch_of(const Transform& map) {
   return std::exp((log + std::log(a[0][0] + a[1][1] + a[2][2])) / (2 * power));
 }
 
-// Lengths of spans in the world. A length is off by less than 2^-52 of it.
-struct Growth {
-  double stretch, slack;
-  double of(float size) const { return double{size} * stretch + slack; }
-};
-Growth growth_of(const SubPatch& part) {
-  return {double{part.second[1][2]}, double{part.second[2][0]}};
-}
-
-// Places of a span, in even steps of its parameter. Between two of them it is as near to their
-// chord as kOfStep of what the whole is away from its own, |C''| h^2 / 8 being of the second order.
-constexpr int kSteps = 8;
-constexpr double kOfStep = 1.0 / (kSteps * kSteps);
-using Places = std::span<const Vec3d>;
-
-// A frame about all that is nearer than `radius` to the lines between the places: x along the
-// chord, y towards where the span bends to, n across both, where it is thinnest. With its numbers
-// as they are stored, |row (P - centre)| is at most that of some place and `radius` times the row's
-// length.
-void frame_about(Places places, double radius, SubPatch& part) {
-  const Vec3d chord = places.back() - places[0];
-  const double length_of_chord = length(chord);
-  const Vec3d along = length_of_chord > radius ? (1 / length_of_chord) * chord : Vec3d{1, 0, 0};
-  Vec3d beside = places[places.size() / 2] - places[0];
-  beside = beside - dot(beside, along) * along;
-  if (!(length(beside) > 0x1p-20 * (length_of_chord + radius)))
-    beside = cross(along, std::fabs(along.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
-  const Vec3d b = (1 / length(beside)) * beside, n = cross(along, b);
-  const Vec3d axes[3] = {along, b, n};
-  Vec3d middle = places[0], rows[3];
-  for (int r = 0; r < 3; ++r) {
-    double low = 0, high = 0;
-    for (const Vec3d& place : places) {
-      low = std::min(low, dot(axes[r], place - places[0]));
-      high = std::max(high, dot(axes[r], place - places[0]));
-    }
-    middle = middle + 0.5 * (low + high) * axes[r];
-    rows[r] = (r < 2 ? 1 / (0.5 * (high - low) + radius) : 1) * axes[r];
-  }
-  for (int k = 0; k < 3; ++k) part.centre[k] = static_cast<float>(middle[k]);
-  const Vec3d centre{part.centre[0], part.centre[1], part.centre[2]};
-  part.has_frame = true;
-  for (int r = 0; r < 3; ++r) {
-    for (int k = 0; k < 3; ++k) part.frame[r][k] = static_cast<float>(rows[r][k]);
-    const Vec3d row{part.frame[r][0], part.frame[r][1], part.frame[r][2]};
-    double most = 0;
-    for (const Vec3d& place : places) most = std::max(most, std::fabs(dot(row, place - centre)));
-    most += radius * length(row);
-    // The square holds 1 of it. 2^-40 is for the roundings of these lines.
-    part.reach[r] = rounded_up(std::max(0.0, most * (1 + 0x1p-40) - (r < 2 ? 1 : 0)));
-    part.has_frame = part.has_frame && std::isfinite(part.reach[r]) && std::isfinite(row.x) &&
-                     std::isfinite(row.y) && std::isfinite(row.z);
-  }
-}
-
-// In the frame a run is nearly the parabola y = c (x^2 - 1/2). Sets c, and how far in y what is
-// nearer than `radius` to its spans is from it at most. Between two places the parabola is within
-// |c| h^2 / 4 of its chord, for a length h by x.
-void bend_along(Places places, double radius, SubPatch& part) {
-  const Vec3d centre{part.centre[0], part.centre[1], part.centre[2]};
-  const Vec3d row_x{part.frame[0][0], part.frame[0][1], part.frame[0][2]};
-  const Vec3d row_y{part.frame[1][0], part.frame[1][1], part.frame[1][2]};
-  const auto y_of = [&](std::size_t i) { return dot(row_y, places[i] - centre); };
-  part.second[2][1] = static_cast<float>(y_of(0) - y_of(places.size() / 2));
-  const double c = part.second[2][1];
-  double away = 0, longest = 0, x_before = dot(row_x, places[0] - centre);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const double x = dot(row_x, places[i] - centre);
-    away = std::max(away, std::fabs(y_of(i) - c * (x * x - 0.5)));
-    longest = std::max(longest, std::fabs(x - x_before));
-    x_before = x;
-  }
-  const double steepest = 2 * std::fabs(c) * (1 + double{part.reach[0]});
-  away += 0.25 * std::fabs(c) * longest * longest;
-  away += radius * (length(row_y) + steepest * length(row_x));
-  part.second[2][2] = rounded_up(away * (1 + 0x1p-40));
-}
-
-// Whether the ray passes the plane n = 0 of the frame so far from the parabola that it meets
+// Whether the ray passes the plane n = 0 of the frame so far from the curves there that it meets
 // nothing: what it would meet is within reach_n of the plane, so within |p| reach_n of where the
-// ray passes it, by x, and so by y. Roundings are those of patch_decision-inl.h.
+// ray passes it, by x, and so by y. Roundings are those of patch_decision-inl.h; those of the
+// curves have 2^-48 of their terms.
 bool passes_by(const SubPatch& part, double extent, const float* origin, const float* direction) {
   double from[3], o[3], d[3], norm[3], far = 0;
   for (int k = 0; k < 3; ++k) {
@@ -140,20 +64,29 @@ bool passes_by(const SubPatch& part, double extent, const float* origin, const f
     norm[r] = std::fabs(f[0]) + std::fabs(f[1]) + std::fabs(f[2]);
   }
   const double inverse = 1 / d[2], p = d[0] * inverse, q = d[1] * inverse;
-  const double x = o[0] - p * o[2], y = o[1] - q * o[2], c = part.second[2][1];
+  const double x = o[0] - p * o[2], y = o[1] - q * o[2], square = x * x;
   const double noise = 0x1p-43 * (far + 2 * extent);
   const double away_x =
       std::fabs(p) * double{part.reach[2]} + (norm[0] + std::fabs(p) * norm[2]) * noise;
   const double away_y =
       std::fabs(q) * double{part.reach[2]} + (norm[1] + std::fabs(q) * norm[2]) * noise;
-  const double steepest = 2 * std::fabs(c) * std::max(std::fabs(x), 1 + double{part.reach[0]});
-  return std::fabs(y - c * (x * x - 0.5)) > double{part.second[2][2]} + away_y + steepest * away_x;
+  const double c = part.second[2][1], e = part.second[0][1];
+  const double x_most = std::max(std::fabs(x), 1 + double{part.reach[0]});
+  const double of_c = std::fabs(c) * x_most, of_e = std::fabs(e) * x_most,
+               x_square = x_most * x_most;
+  const double roundings = 0x1p-48 * (std::fabs(y) + (of_c + of_e * x_square + of_e) * x_most);
+  const double from_parabola = y - c * (square - 0.5);
+  if (std::fabs(from_parabola) > double{part.second[2][2]} + away_y + 2 * of_c * away_x + roundings)
+    return true;
+  const double steepest = 2 * of_c + of_e * (4 * x_square + 2);
+  return std::fabs(from_parabola - e * (square * (square - 1))) >
+         double{part.second[0][2]} + away_y + steepest * away_x + roundings;
 }
 
 // The spans of a run as one ray sees them.
 class Passage {
  public:
-  Passage(const Patch& patch, const Growth& growth, const float* origin, const float* direction,
+  Passage(const Patch& patch, const FatGrowth& growth, const float* origin, const float* direction,
           float t_min)
       : patch_(patch),
         growth_(growth),
@@ -251,7 +184,7 @@ class Passage {
   }
 
   const Patch& patch_;
-  const Growth growth_;
+  const FatGrowth growth_;
   const Vec3d origin_, direction_;
   const double square_;
   const float t_min_;
@@ -275,58 +208,28 @@ FatPlacement::FatPlacement(const Transform& to_world)
       rounding_(to_world.is_identity() ? 0 : 0x1p-20) {}
 
 SubPatch FatPlacement::placed(const Patch& patch, FatBorders::Range run, Bounds3f& box) const {
-  const TrimSet& trims = *patch.trims;
-  PatchPoint points[kPatchPointsMax];
-  take_points(patch, points);
-  Vec3d all_places[kFatRunMax * (kSteps + 1)];
-  std::size_t count = 0;
-  double most = 0;
-  float widest = 0, furthest = 0;
-  for (std::uint32_t number = run.first; number < run.end; ++number) {
-    const FatSpan& span = trims.borders()[number];
-    widest = std::max(widest, span.width);
-    furthest = std::max(furthest, span.away);
-    for (int step = 0; step <= kSteps; ++step) {
-      const double t = span.from() + step * ((span.to() - span.from()) / kSteps);
-      const TrimPlace at = point_at(trims.cells().coefficients.data() + span.first,
-                                    static_cast<int>(span.degree), {1 - t, t});
-      const Vec3d place = point_of(evaluate(patch, points, at.u, at.v));
-      for (int a = 0; a < 3; ++a) most = std::max(most, std::fabs(place[a]));
-      all_places[count++] = place;
-    }
-  }
-  const Places places(all_places, count);
+  const RunPlaces places(patch, run);
   SubPatch part{};
-  for (float& second : part.second[0]) second = std::numeric_limits<float>::infinity();
+  part.second[0][0] = std::numeric_limits<float>::infinity();
   part.second[1][0] = static_cast<float>(run.first & 0xffffu);
   part.second[1][1] = static_cast<float>(run.first >> 16);
   part.column = static_cast<std::uint16_t>(run.end - run.first - 1);
   part.second[1][2] = stretch_;
-  part.second[2][0] = rounding_ > 0 ? rounded_up(rounding_ * most) : 0;
-  const Growth growth = growth_of(part);
-  // Points of the patch in the world are rounded by 4 u of the coordinates.
-  constexpr double kOff = 8 * 0x1p-24;
-  const double radius = growth.of(widest) + kOfStep * growth.of(furthest) + kOff * most;
-  frame_about(places, radius, part);
-  bend_along(places, radius, part);
-  const float wide = rounded_up(radius + 2 * 0x1p-24 * (most + radius));
-  for (const Vec3d& place : places) {
-    // The place itself is rounded to float32, and so is the sum.
-    box.grow(rounded(place) - Vec3f{wide, wide, wide});
-    box.grow(rounded(place) + Vec3f{wide, wide, wide});
-  }
+  part.second[2][0] = rounding_ > 0 ? rounded_up(rounding_ * places.most()) : 0;
+  const double radius = places.radius(growth_of(part));
+  set_frame(places, radius, part);
+  box.grow(box_of(places, radius));
   return part;
 }
 
 FatHit fat_border_hit(const Patch& patch, const SubPatch& part, const float* origin,
                       const float* direction, float t_min) {
   if (passes_by(part, patch.extent, origin, direction)) return {};
-  const std::uint32_t first = static_cast<std::uint32_t>(part.second[1][0]) |
-                              static_cast<std::uint32_t>(part.second[1][1]) << 16;
+  const FatBorders::Range run = run_of(part);
   const TrimSet& trims = *patch.trims;
   Passage passage(patch, growth_of(part), origin, direction, t_min);
   FatHit best{};
-  for (std::uint32_t number = first; number <= first + part.column; ++number) {
+  for (std::uint32_t number = run.first; number < run.end; ++number) {
     const FatSpan& span = trims.borders()[number];
     const FatHit hit = passage.search(span, trims.cells().coefficients.data() + span.first);
     if (hit.is_hit && (!best.is_hit || hit.t < best.t)) best = hit;

@@ -20,11 +20,16 @@
 //
 // A sub-patch stands for each run of spans, mostly one. Its frame is that of a parallelepiped about
 // all where they are met, so kernels look for rays there as for those of others; its second
-// derivatives by x are infinite, so none is decided without patch_answer(). The others hold what
+// derivative by x is infinite, so none is decided without patch_answer(). The others hold what
 // that needs: the number of the first span, 16 bits in second[1][0] and [1][1] each; in
 // second[1][2] and [2][0] by what lengths of spans grow in the world, and what comes on top; the
 // bend c of the parabola y = c (x^2 - 1/2) that they follow in the frame, and how far in y what is
-// met is from that at most. `column` is the number of spans after the first.
+// met is from that at most, in second[2][1] and [2][2]; in second[0][1] and [0][2] the same of the
+// quartic that goes on top (fat_border_frame.h). `column` is the number of spans after the first.
+//
+// Both faces of an edge have its border, so spans lie beside each other. One of them may stand for
+// the others in the hierarchy (fat_borders_beside.h), and its bounds hold theirs: `row` says how
+// many sub-patches on the next of them lies, as 16 bits with a sign, and is 0 at the last.
 //
 // Work. At most kFatEvaluationsMax points of the surface for each span of the run that a ray is
 // asked for, none for most; at the bound the span's nearest point until then counts. The same bits
@@ -47,6 +52,12 @@ inline constexpr int kFatEvaluationsMax = 64;
 
 inline bool is_fat_border(const SubPatch& part) {
   return part.second[0][0] > std::numeric_limits<float>::max();
+}
+
+// The next of the borders that one in the hierarchy stands for; null after the last.
+// Requires: is_fat_border(part), in the array of all.
+inline const SubPatch* next_border_beside(const SubPatch& part) {
+  return part.row == 0 ? nullptr : &part + static_cast<std::int16_t>(part.row);
 }
 
 // What a map does to widths: its largest stretch, and the roundings of points that it moves.
