@@ -14,19 +14,25 @@ constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 template <int W>
 LeafRange TriangleWriter<W>::append(std::span<const std::uint32_t> primitives) {
   const std::uint32_t first_block = block_count();
-  for (std::size_t first = 0; first < primitives.size(); first += W) {
-    TriangleBlock<W>& block = blocks_.emplace_back();
+  appended_.insert(appended_.end(), primitives.begin(), primitives.end());
+  appended_.resize((appended_.size() + W - 1) / W * W, kNoTriangle);
+  return {first_block, block_count() - first_block};
+}
+
+template <int W>
+void TriangleWriter<W>::fill(std::span<const std::uint32_t> triangles,
+                             TriangleBlock<W>* block) const {
+  for (; !triangles.empty(); triangles = triangles.subspan(W), ++block) {
     for (std::size_t lane = 0; lane < W; ++lane) {
-      const bool is_used = first + lane < primitives.size();
-      const std::uint32_t primitive = is_used ? primitives[first + lane] : kNoTriangle;
+      const std::uint32_t triangle = triangles[lane];
+      const bool is_used = triangle != kNoTriangle;
       for (std::size_t k = 0; k < 9; ++k) {
-        block.vertex[k][lane] = is_used ? vertices_[std::size_t{9} * primitive + k]
-                                        : std::numeric_limits<float>::quiet_NaN();
+        block->vertex[k][lane] = is_used ? vertices_[std::size_t{9} * triangle + k]
+                                         : std::numeric_limits<float>::quiet_NaN();
       }
-      block.primitive[lane] = primitive;
+      block->primitive[lane] = triangle;
     }
   }
-  return {first_block, block_count() - first_block};
 }
 
 template <int W>
@@ -51,18 +57,30 @@ std::vector<std::uint32_t> TriangleWriter<W>::make_room(std::span<LeafWriter* co
 template <int W>
 void TriangleWriter<W>::move_in(LeafWriter& part) {
   auto& other = static_cast<TriangleWriter&>(part);
-  std::copy(other.blocks_.begin(), other.blocks_.end(), blocks_.data() + other.room_);
-  other.blocks_ = {};
+  fill(other.appended_, blocks_.data() + other.room_);
+  other.appended_ = {};
+}
+
+template <int W>
+TriangleBlocks<W> TriangleWriter<W>::take() {
+  if (blocks_.empty() && !appended_.empty()) {
+    blocks_.resize(appended_.size() / W);
+    fill(appended_, blocks_.data());
+    appended_ = {};
+  }
+  return std::move(blocks_);
 }
 
 template <int W>
 std::uint32_t TriangleWriter<W>::block_count() const {
-  return static_cast<std::uint32_t>(blocks_.size());
+  return static_cast<std::uint32_t>(blocks_.size() + appended_.size() / W);
 }
 
 template <int W>
 std::span<const std::uint32_t> TriangleWriter<W>::primitives_of(std::uint32_t block) const {
-  const std::span<const std::uint32_t> all = blocks_[block].primitive;
+  const std::span<const std::uint32_t> all =
+      blocks_.empty() ? std::span(appended_).subspan(std::size_t{block} * W, W)
+                      : std::span<const std::uint32_t>(blocks_[block].primitive);
   std::size_t count = 0;
   while (count < all.size() && all[count] != kNoTriangle) ++count;
   return all.first(count);

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Puts the triangles of a structure's leaves into blocks of W.
+//
+// Method. A writer either has leaves appended to it or takes in such writers, in turn. The first
+// kind lists triangles; corners are copied once, to where they stay.
 // Threads. One owner, but for move_in().
 #pragma once
 
@@ -23,14 +26,19 @@ class TriangleWriter final : public LeafWriter {
   std::unique_ptr<LeafWriter> fresh() const override;
   std::vector<std::uint32_t> make_room(std::span<LeafWriter* const> parts) override;
   void move_in(LeafWriter& part) override;
-  void reserve(std::size_t block_count) override { blocks_.reserve(block_count); }
+  void reserve(std::size_t block_count) override { appended_.reserve(block_count * W); }
   std::uint32_t block_count() const override;
   std::span<const std::uint32_t> primitives_of(std::uint32_t block) const override;
 
-  TriangleBlocks<W> take() { return std::move(blocks_); }
+  // Returns: all blocks, which the writer no longer has.
+  TriangleBlocks<W> take();
 
  private:
+  // Writes the blocks of what was appended.
+  void fill(std::span<const std::uint32_t> triangles, TriangleBlock<W>* block) const;
+
   std::span<const float> vertices_;
+  std::vector<std::uint32_t> appended_;  // W for each block; none in lanes that are left
   TriangleBlocks<W> blocks_;
   std::size_t room_ = 0;  // where the blocks move to
 };
