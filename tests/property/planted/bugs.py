@@ -102,7 +102,7 @@ BUGS = (
         "(zx - xz) * plane.scale", "(xz - zx) * plane.scale", "core_kernels"),
     # Structures.
     Bug("leaf_cut", "a full block of a leaf loses its last triangle", "primitive/triangle/triangle_writer.cpp",
-        "first + lane < primitives.size()", "first + lane < primitives.size() && lane + 1 < W", "core_bvh"),
+        "triangle = triangles[lane];", "triangle = lane + 1 < W ? triangles[lane] : kNoTriangle;", "core_bvh"),
     Bug("kd_sides", "a ray that goes down takes the lower child first", "traverse/kd-inl.h",
         "ray_.is_down(axis) ? lower + 1 : lower", "lower", "core_hard_cases"),
     Bug("kd_slack", "no room for rounding at a kd-tree's planes", "traverse/kd-inl.h",
