@@ -74,7 +74,8 @@ class Joiner {
   // One that stands in the hierarchy.
   struct Leader {
     std::size_t number, last;  // of itself, and of the last that it stands for
-    SubPatch alone;            // as it was before
+    // As they were when it stood for itself alone.
+    float reach[3], from_parabola;
     Bounds3f box;
   };
 
@@ -95,12 +96,11 @@ class Joiner {
   bool take(Leader& leader, std::size_t number, const RunPlaces& run, double radius) {
     const double steps = static_cast<double>(number) - static_cast<double>(leader.last);
     if (std::fabs(steps) > kLinkMax) return false;
-    const SubPatch& alone = leader.alone;
-    const FatReach reach = reach_in(alone, run, radius);
-    if (!(reach.of_row[0] <= double{alone.reach[0]} + kLonger &&
-          reach.of_row[1] <= double{alone.reach[1]} + (kThicker - 1) &&
-          reach.of_row[2] <= kThicker * double{alone.reach[2]} &&
-          reach.from_parabola <= kThicker * double{alone.second[2][2]}))
+    const FatReach reach = reach_in(parts_[leader.number], run, radius);
+    if (!(reach.of_row[0] <= double{leader.reach[0]} + kLonger &&
+          reach.of_row[1] <= double{leader.reach[1]} + (kThicker - 1) &&
+          reach.of_row[2] <= kThicker * double{leader.reach[2]} &&
+          reach.from_parabola <= kThicker * double{leader.from_parabola}))
       return false;
     widen(reach, parts_[leader.number]);
     boxes_[leader.number].grow(boxes_[number]);
@@ -114,7 +114,12 @@ class Joiner {
   void remember(std::size_t number) {
     const Bounds3f& box = boxes_[number];
     const int level = std::ilogb(longest_side(box)) + 1;
-    leaders_.push_back({number, number, parts_[number], box});
+    const SubPatch& border = parts_[number];
+    leaders_.push_back({number,
+                        number,
+                        {border.reach[0], border.reach[1], border.reach[2]},
+                        border.second[2][2],
+                        box});
     if (std::find(levels_.begin(), levels_.end(), level) == levels_.end()) levels_.push_back(level);
     const auto corner = [](Vec3f p) { return Vec3d{p.x, p.y, p.z}; };
     const Place low = place_of(level, corner(box.lower)), high = place_of(level, corner(box.upper));
