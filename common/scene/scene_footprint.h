@@ -45,7 +45,7 @@ inline constexpr std::uint64_t kIndexBytesPerInstance = 640;
 inline constexpr std::uint64_t kSharedTrianglesMin = std::uint64_t{1} << 19;
 inline constexpr std::uint64_t kIndexBytesPerPatch = 160 * 450;
 inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 8192;
-inline constexpr std::uint64_t kIndexBytesOfThreads = 4 << 20;  // that build, whatever they build
+inline constexpr std::uint64_t kIndexBytesOfThreads = 5 << 20;  // that build, whatever they build
 
 // Returns: the bytes that preparing a surface takes where it stands `copies` times, in a scene
 // whose instances have `patches` patches in all; 0 for a block that cannot be read.
