@@ -8,7 +8,10 @@
 #include <cmath>
 #include <iostream>
 
+#include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
+#include "slave/core/primitive/patch/patch_input.h"
+#include "slave/core/primitive/patch/patch_preparation.h"
 #include "slave/core/primitive/patch/placed_sub_patch.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
 #include "tests/support/choices.h"
@@ -218,6 +221,21 @@ TEST(PatchPreparation, PartsTileTheirPatch) {
 TEST(PatchPreparation, PlanesAreNotSplit) {
   EXPECT_EQ(test::PatchScene(test::patch_shape("plane")).parts().parts.size(), 1u);
   EXPECT_EQ(test::PatchScene(test::patch_shape("plane33")).parts().parts.size(), 1u);
+}
+
+// A part that holds a point of a weight that is far below the others has no bounds.
+TEST(PatchPreparation, PartsOfWeightsThatAreFarApartAreNoBorders) {
+  const float numbers[] = {0, 0, 0, 1e-30f, 0, 1, 0, 1, 1, 0, 0, 1, 1, 1, 0.5f, 1};
+  const auto checked = core::checked_patch({1, 1, true, numbers});
+  ASSERT_TRUE(checked.is_ok());
+  core::SubPatches split;
+  core::split_patch(checked->patch(), 0, core::PatchSplitting(), split);
+  int without_frame = 0;
+  for (const SubPatch& part : split.parts) {
+    without_frame += part.has_frame ? 0 : 1;
+    EXPECT_FALSE(core::is_fat_border(part));
+  }
+  EXPECT_GT(without_frame, 0);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/primitive/patch/patch_preparation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -207,6 +208,8 @@ class Splitter {
             is_finite && std::isfinite(part.second[k][r]) && std::isfinite(part.frame[r][k]);
     }
     part.has_frame = is_finite;
+    // Those that are infinite would be a border's (fat_border.h).
+    if (!is_finite) std::fill_n(&part.second[0][0], 9, 0.0f);
   }
 
   Verdict judged(const SubPatchBounds& bounds, const Vec3d (&rows)[3], const PartNets& nets,

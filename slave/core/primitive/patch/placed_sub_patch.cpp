@@ -122,6 +122,8 @@ SubPatch PatchPlacement::placed(const SubPatch& part, Bounds3f& box) const {
       is_finite = is_finite && std::isfinite(to.frame[r][k]) && std::isfinite(to.second[k][r]);
   }
   to.has_frame = is_finite;
+  // Those that are infinite would be a border's (fat_border.h).
+  if (!is_finite) std::copy_n(&part.second[0][0], 9, &to.second[0][0]);
   return to;
 }
 
