@@ -53,8 +53,8 @@ double away_from(const Bend& bend, const SubPatch& border, std::span<const Vec3d
   return away * (1 + 0x1p-40);  // for the roundings of these lines
 }
 
-// The parabola through middle and ends, and the quartic that is as far from the run at both
-// quarters, one above and one below.
+// The parabola's bend is that between the run's beginning and its middle; the quartic on top of it
+// comes nearest to the places by least squares. Bounds are found for whatever both are.
 void set_bend(std::span<const Vec3d> places, SubPatch& border) {
   const Vec3d row_x = row_of(border, 0), row_y = row_of(border, 1), centre = centre_of(border);
   const auto y_at = [&](std::size_t i) { return dot(row_y, places[i] - centre); };
