@@ -18,7 +18,7 @@ class SceneMemory(unittest.TestCase):
     def test_f10_too_large_for_all_and_a_smaller_one_still_goes(self):
         with cluster_lib.Cluster() as cluster:
             scene = scene_noise.write_scene(cluster.folder, SIDE_PX)
-            cluster.serve()
+            cluster.serve(*cluster_lib.CALM)
             cluster.slaves(2, "--memory", str(SMALL_MIB))
             for _ in range(2):
                 run = cluster.finish(cluster.start_render(scene, *FRAME))
