@@ -64,7 +64,8 @@ def run_rows(names, options, out):
             reports = [run_row(lab, name, options)]
             while not reports[-1].holds and len(reports) <= options.repeats:
                 reports.append(run_row(lab, name, options))
-            outcome = "FAILED" if not reports[-1].holds else "held" if len(reports) == 1 else "held the second time"
+            holds = "held" if len(reports) == 1 else "held the second time" if len(reports) == 2 else f"held at try {len(reports)}"
+            outcome = holds if reports[-1].holds else "FAILED"
             if outcome == "FAILED":
                 failed.append(name)
             title = ROWS[name].__doc__.strip().splitlines()[0]
