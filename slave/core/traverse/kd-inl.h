@@ -250,19 +250,37 @@ Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
   return Together::kDone;
 }
 
+// From where to where a ray is in the scene's box; from > to where it misses it.
+HWY_INLINE KdEntry kd_root(const OneRay& ray, const SceneBox& box) {
+  KdEntry root{0, ray.near_limit, ray.far_limit};
+  for (int a = 0; a < 3; ++a) {
+    const float p = (box.lower[a] - ray.origin[a]) * ray.inverse[a];
+    const float q = (box.upper[a] - ray.origin[a]) * ray.inverse[a];
+    const float first = ray.is_down(a) ? q : p, last = ray.is_down(a) ? p : q;
+    root.from = max_of(root.from, first - abs_of(first) * (8 * kRoundoff) - ray.pad[a]);
+    root.to = min_of(root.to, last + abs_of(last) * (8 * kRoundoff) + ray.pad[a]);
+  }
+  return root;
+}
+
 template <class View, class Leaf>
 class KdRayTracer {
  public:
   explicit KdRayTracer(const View& scene) : scene_(scene), leaf_(ray_) {}
 
-  // Returns: whether there is a hit.
-  bool run(const SingleRay& ray);
+  // Returns: whether there is a hit. blocker: for any hit, a block to test first, or kNoBlock;
+  // becomes the block of the hit.
+  bool run(const SingleRay& ray, uint32_t& blocker);
+  bool run(const SingleRay& ray) {
+    uint32_t none = kNoBlock;
+    return run(ray, none);
+  }
 
   const OneRay& ray() const { return ray_; }
 
  private:
   HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
-  HWY_INLINE bool is_blocked_in(const KdNode& leaf);
+  HWY_INLINE uint32_t blocker_in(const KdNode& leaf);
 
   const View& scene_;
   OneRay ray_;
@@ -288,10 +306,10 @@ uint32_t KdRayTracer<View, Leaf>::descend(const KdNode& node, KdEntry& entry) {
   return near;
 }
 
-// Tests the blocks of a leaf whose boxes the ray meets. Returns: whether any hit will do and there
-// is one.
+// Tests the blocks of a leaf whose boxes the ray meets. Returns: where any hit will do, the block
+// with a hit; kNoBlock where there is none, and for closest hits.
 template <class View, class Leaf>
-bool KdRayTracer<View, Leaf>::is_blocked_in(const KdNode& leaf) {
+uint32_t KdRayTracer<View, Leaf>::blocker_in(const KdNode& leaf) {
   constexpr int W = View::kWidth;
   const BvhNode<W>* blocks = scene_.leaves + (leaf.tag_and_index >> 2);
   for (const BvhNode<W>* const end = blocks + leaf.count; blocks != end; ++blocks) {
@@ -301,26 +319,21 @@ bool KdRayTracer<View, Leaf>::is_blocked_in(const KdNode& leaf) {
       const int i = __builtin_ctz(met);
       if (t_in[i] > ray_.far_limit) continue;
       const uint32_t block = leaf_.test(scene_.shapes, blocks->child[i], 1);
-      if (Leaf::kIsAny && block != kNoBlock) return true;
+      if (Leaf::kIsAny && block != kNoBlock) return block;
     }
   }
-  return false;
+  return kNoBlock;
 }
 
 template <class View, class Leaf>
-bool KdRayTracer<View, Leaf>::run(const SingleRay& ray) {
+bool KdRayTracer<View, Leaf>::run(const SingleRay& ray, uint32_t& blocker) {
   if (scene_.nodes == nullptr || !ray_.setup(ray, scene_.box)) return false;
   leaf_.prepare();
   TESSERA_COUNT(singles, 1);
+  if (Leaf::kIsAny && blocker != kNoBlock && leaf_.test(scene_.shapes, blocker, 1) != kNoBlock)
+    return true;
   slabs_.setup(ray_, scene_.box);
-  KdEntry root{0, ray_.near_limit, ray_.far_limit};
-  for (int a = 0; a < 3; ++a) {
-    const float p = (scene_.box.lower[a] - ray_.origin[a]) * ray_.inverse[a];
-    const float q = (scene_.box.upper[a] - ray_.origin[a]) * ray_.inverse[a];
-    const float first = ray_.is_down(a) ? q : p, last = ray_.is_down(a) ? p : q;
-    root.from = max_of(root.from, first - abs_of(first) * (8 * kRoundoff) - ray_.pad[a]);
-    root.to = min_of(root.to, last + abs_of(last) * (8 * kRoundoff) + ray_.pad[a]);
-  }
+  const KdEntry root = kd_root(ray_, scene_.box);
   if (!(root.from <= root.to)) return false;
   stack_.push(root);
   while (!stack_.is_empty()) {
@@ -331,7 +344,11 @@ bool KdRayTracer<View, Leaf>::run(const SingleRay& ray) {
       TESSERA_COUNT(nodes, 1);
       node = descend(scene_.nodes[node], entry);
     }
-    if (is_blocked_in(scene_.nodes[node])) return true;
+    const uint32_t block = blocker_in(scene_.nodes[node]);
+    if (Leaf::kIsAny && block != kNoBlock) {
+      blocker = block;
+      return true;
+    }
   }
   return ray_.has_hit();
 }

@@ -186,24 +186,14 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, const HitArrays& 
 // Traces the rays of `bits` one by one. The block that blocked one ray is tested first for the
 // next, since neighbours are mostly blocked by the same primitives. blocker: such a block, or
 // kNoBlock; it becomes that of the last ray that is blocked.
-template <int W, class Shapes, class Packet>
-HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet& rays,
-                                   uint64_t bits, uint32_t& blocker) {
+template <class View, class Packet>
+HWY_INLINE uint64_t occluded_alone(const View& scene, const Packet& rays, uint64_t bits,
+                                   uint32_t& blocker) {
   uint64_t blocked = 0;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    typename Tracers<BvhView<W, Shapes>>::template Ray<true> tracer(scene);
+    typename Tracers<View>::template Ray<true> tracer(scene);
     blocked |= uint64_t{tracer.run(ray_of(rays, i), blocker)} << i;
-  }
-  return blocked;
-}
-template <int W, class Shapes, class Packet>
-HWY_INLINE uint64_t occluded_alone(const KdView<W, Shapes>& scene, const Packet& rays,
-                                   uint64_t bits, uint32_t&) {
-  uint64_t blocked = 0;
-  for (; bits != 0; bits &= bits - 1) {
-    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
   }
   return blocked;
 }
