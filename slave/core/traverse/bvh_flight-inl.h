@@ -5,8 +5,9 @@
 // waits for each step's result, since the next step is a branch on it; here the steps of different
 // rays overlap, and hardly a branch depends on a ray. Decision: ../decisions/flights.md.
 //
-// Where any hit will do, a ray is first tested against the block that blocked a ray last: of those
-// that the same block blocks, few take off.
+// Where any hit will do and leaves settle at once, a ray is first tested against the block that
+// blocked a ray last: of those that the same block blocks, few take off. Where answers of leaves
+// wait, a ray goes on meanwhile, and ends in the first round in which it is known to be blocked.
 //
 // A ray's answer is that of bvh_ray-inl.h: both visit every box that the ray meets before its hit,
 // in another order. A ray that has too many boxes to come back to is traced by itself.
@@ -34,8 +35,7 @@ template <class View, class Leaf>
 class BvhFlight;
 
 // Whether rays fly through a structure. That takes a leaf test in two steps, nodes as wide as a
-// register, and an instruction set that compresses and permutes registers of 16. Where any hit will
-// do, what a leaf has must be known before the ray goes on.
+// register, and an instruction set that compresses and permutes registers of 16.
 template <class View, class Leaf>
 constexpr bool kFlies = false;
 
@@ -44,7 +44,6 @@ constexpr bool kFlies = false;
 template <class Shapes, class Leaf>
 constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = requires {
   typename Leaf::Found;
-  requires(!Leaf::kIsAny || Leaf::kSettlesAtOnce);
 };
 
 // Boxes that a ray still has to visit, the nearest on top.
@@ -119,6 +118,8 @@ template <class View, class Leaf>
 class BvhFlight {
   static constexpr int W = View::kWidth;
   static constexpr bool kAny = Leaf::kIsAny;
+  // Whether a ray may turn out to be blocked after it has left the leaf.
+  static constexpr bool kIsBlockedLate = kAny && !Leaf::kSettlesAtOnce;
   static constexpr int kSlots = 32;
   // Of rays that still have boxes to visit: while there are as many, a ray whose answers are not
   // all known waits at its end.
@@ -196,10 +197,11 @@ void BvhFlight<View, Leaf>::sort_out(Round& round) {
     Slot& slot = slots_[s];
     const StackEntry entry = slot.stack.pop();
     slot.child = entry.child;
-    const bool is_end = entry.child == kBvhNoChild;
+    const bool is_blocked = kIsBlockedLate && slot.ray.has_hit();
+    const bool is_end = is_blocked | (entry.child == kBvhNoChild);
     const bool is_leaf = (entry.child & kBvhLeaf) != 0;
     const bool is_near = entry.distance <= slot.ray.far_limit;
-    round.at_node.add_if(is_near & !is_leaf, s);
+    round.at_node.add_if(is_near & !is_leaf & !is_blocked, s);
     round.at_leaf.add_if(is_near & is_leaf & !is_end, s);
     round.next.add_if(!is_near & !is_end, s);
     round.ended.add_if(is_end, s);
@@ -249,7 +251,7 @@ void BvhFlight<View, Leaf>::test_leaves(Round& round, Settling& settling) {
   for (int i = 0; i < close.count; ++i) {
     Slot& slot = slots_[close.slot[i]];
     settling.settle(slot.leaf, slot.child & kBvhBlockMask, slot.found);
-    if (kAny && slot.ray.has_hit()) {
+    if (kAny && !kIsBlockedLate && slot.ray.has_hit()) {
       blocker_ = slot.child & kBvhBlockMask;
       slot.stack.end();
     }

@@ -278,7 +278,8 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
   }
 
   // The second steps of rays in flight. Answers of sub-patches wait until a register is full, and
-  // those of the complete solver until it has several.
+  // those of the complete solver until it has several. Of a ray of which any hit will do, nothing
+  // more is asked once it has one.
   class Settling {
    public:
     explicit Settling(const Shapes& shapes) : shapes_(shapes) {}
@@ -288,6 +289,7 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
       if (!found.is_part) return leaf.test_.settle(shapes_.triangles[item], found.triangles);
       const SubPatch& part = shapes_.parts[item ^ kIsItem];
       const Patch& patch = shapes_.patches[part.patch];
+      if (kAny && leaf.item_.ray().has_hit()) return;
       if (!PatchPairs::takes(patch, part)) return leaf.item_.ask(shapes_, item ^ kIsItem);
       pairs_.put(count_, leaf.item_.ray(), patch, part);
       ++leaf.item_.waiting;
@@ -339,6 +341,7 @@ void PatchRayLeaf<W, kAny>::Settling::decide() {
   }
   for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1) {
     const int i = __builtin_ctz(open);
+    if (kAny && test_[i]->ray().has_hit()) continue;
     ++test_[i]->waiting;
     asked_[asked_count_] = test_[i];
     questions_[asked_count_++] = test_[i]->question(shapes_.patches[part_[i]->patch], *part_[i]);
