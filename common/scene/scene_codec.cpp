@@ -12,7 +12,6 @@
 #include "common/scene/mesh_block.h"
 #include "common/scene/picture_blocks.h"
 #include "common/scene/root_block.h"
-#include "common/scene/surface_copies.h"
 #include "common/scene/validate.h"
 
 namespace tessera {
@@ -120,23 +119,6 @@ std::uint64_t EncodedScene::total_bytes() const {
   std::uint64_t total = 0;
   for (const SceneBlock& block : blocks) total += block.bytes->size();
   return total;
-}
-
-std::vector<SurfaceCopies> surface_copies_of(const EncodedScene& encoded) {
-  Scene root;
-  BlockCounts counts;
-  if (encoded.blocks.empty() || !decode_root(*encoded.blocks[0].bytes, root, counts) ||
-      !counts.are(encoded.blocks.size() - 1)) {
-    return {};
-  }
-  std::vector<SurfaceCopies> all(counts.surfaces);
-  for (std::size_t i = 0; i < all.size(); ++i) all[i].block = 1 + counts.meshes + i;
-  for (const Instance& instance : root.instances) {
-    if (instance.kind == ObjectKind::kPatchSurface && instance.mesh < all.size())
-      ++all[instance.mesh].copies;
-  }
-  std::erase_if(all, [](const SurfaceCopies& surface) { return surface.copies == 0; });
-  return all;
 }
 
 bool EncodedScene::is_animated() const {

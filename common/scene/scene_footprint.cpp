@@ -10,7 +10,6 @@
 #include "common/scene/block_bytes.h"
 #include "common/scene/mesh_block.h"
 #include "common/scene/root_block.h"
-#include "common/scene/surface_copies.h"
 
 namespace tessera {
 namespace {
@@ -35,6 +34,48 @@ PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
 bool is_picture(std::span<const std::byte> bytes) {
   return BlockReader(bytes).open(BlockKind::kTexture) ||
          BlockReader(bytes).open(BlockKind::kEnvironment);
+}
+
+// The materials of a surface's patches, and whether it has lists of trims. Returns: no materials
+// where they cannot be read.
+std::vector<std::uint32_t> surface_materials(std::span<const std::byte> bytes, bool& is_trimmed) {
+  BlockReader in(bytes);
+  std::vector<std::uint32_t> materials;
+  const bool is_good = in.open(BlockKind::kPatchSurface) && in.skip_array(sizeof(PatchForm)) &&
+                       in.skip_array(sizeof(float)) && in.get_array(materials);
+  if (!is_good) return {};
+  is_trimmed = in.get_count(sizeof(std::uint32_t)) > 0;
+  return materials;
+}
+
+// Whether lists of materials have one that sheds light. Each list is looked through once.
+class Lamps {
+ public:
+  explicit Lamps(const std::vector<Material>& materials) : materials_(materials) {}
+
+  bool are_in(const std::vector<std::uint32_t>& list) {
+    const auto [at, is_new] = known_.try_emplace(&list, false);
+    if (is_new) {
+      at->second = std::any_of(list.begin(), list.end(), [&](std::uint32_t material) {
+        return material < materials_.size() && materials_[material].emission != Vec3f{};
+      });
+    }
+    return at->second;
+  }
+
+ private:
+  const std::vector<Material>& materials_;
+  std::unordered_map<const void*, bool> known_;
+};
+
+// Returns: nothing to speak of for a block that cannot be read.
+SurfaceReach surface_reach(std::span<const std::byte> bytes) {
+  BlockReader in(bytes);
+  std::vector<PatchForm> forms;
+  std::vector<float> numbers;
+  if (!in.open(BlockKind::kPatchSurface) || !in.get_array(forms) || !in.get_array(numbers))
+    return {};
+  return reach_of(forms, numbers);
 }
 
 std::shared_ptr<const std::vector<std::uint32_t>> distinct(
@@ -63,8 +104,10 @@ bool SceneFootprint::read(const EncodedScene& scene, Scene& root, BlockCounts& c
       return;
     }
     const std::span<const std::byte> bytes = *scene.blocks[i].bytes;
-    Content content{{mesh_triangles(bytes), 0, 0, 0}, surface_counts(bytes), 0, nullptr};
+    Content content{{mesh_triangles(bytes), 0, 0, 0}, surface_counts(bytes), 0, nullptr, false, {}};
     if (content.mesh.triangles > 0) content.materials = distinct(mesh_materials(bytes));
+    if (content.surface.patches > 0)
+      content.materials = distinct(surface_materials(bytes, content.is_trimmed));
     if (is_picture(bytes)) content.picture_bytes = bytes.size();
     blocks_[i] = std::move(content);
   });
@@ -106,15 +149,7 @@ std::uint64_t SceneFootprint::mesh_bytes(const Scene& root, const BlockCounts& c
     ++places[instance.mesh].all;
     places[instance.mesh].flat += is_singular(instance.object_to_world) ? 1 : 0;
   }
-  const auto is_lamp = [&](std::uint32_t material) {
-    return material < root.materials.size() && root.materials[material].emission != Vec3f{};
-  };
-  std::unordered_map<const void*, bool> known;  // lists are looked through once
-  const auto sheds_light = [&](const std::vector<std::uint32_t>& materials) {
-    const auto [at, is_new] = known.try_emplace(&materials, false);
-    if (is_new) at->second = std::any_of(materials.begin(), materials.end(), is_lamp);
-    return at->second;
-  };
+  Lamps lamps(root.materials);
   std::uint64_t bytes = 0;
   for (std::size_t m = 0; m < places.size(); ++m) {
     const Content& block = blocks_[1 + m];
@@ -122,10 +157,64 @@ std::uint64_t SceneFootprint::mesh_bytes(const Scene& root, const BlockCounts& c
     const auto [all, flat] = places[m];
     const bool is_shared = !has_patches && all > 1 &&
                            (all - 1) * block.mesh.triangles >= kSharedTrianglesMin &&
-                           !sheds_light(*block.materials);
+                           !lamps.are_in(*block.materials);
     bytes += is_shared ? of_mesh * (1 + flat) + kIndexBytesPerInstance * all : of_mesh * all;
   }
   return bytes;
+}
+
+// By surface of the scene.
+std::vector<SceneFootprint::SurfacePlaces> SceneFootprint::surface_places(
+    const EncodedScene& scene, const Scene& root, const BlockCounts& counts) {
+  std::vector<SurfacePlaces> places(counts.surfaces);
+  const auto stands_in = [&](const Instance& instance) {
+    return instance.kind == ObjectKind::kPatchSurface && instance.mesh < counts.surfaces;
+  };
+  for (const Instance& instance : root.instances)
+    if (stands_in(instance)) ++places[instance.mesh].all;
+  Lamps lamps(root.materials);
+  const bool is_still = !scene.is_animated();  // else places may come to where none can share
+  for (std::size_t s = 0; s < places.size(); ++s) {
+    const std::size_t number = 1 + counts.meshes + s;
+    Content& block = blocks_[number];
+    places[s].is_shared = is_still && places[s].all > 1 && !block.is_trimmed &&
+                          (places[s].all - 1) * block.surface.patches >= kSharedPatchesMin &&
+                          !lamps.are_in(*block.materials);
+    if (places[s].is_shared && !block.reach)
+      block.reach = surface_reach(*scene.blocks[number].bytes);
+  }
+  for (const Instance& instance : root.instances) {
+    if (!stands_in(instance) || !places[instance.mesh].is_shared) continue;
+    const SurfaceReach& reach = *blocks_[1 + counts.meshes + instance.mesh].reach;
+    if (!may_share(reach, instance.object_to_world)) ++places[instance.mesh].flattened;
+  }
+  return places;
+}
+
+// Of all surfaces, where they stand.
+std::uint64_t SceneFootprint::patch_bytes(const EncodedScene& scene, const Scene& root,
+                                          const BlockCounts& counts, std::uint64_t patches,
+                                          const SurfaceBytes& surface_bytes) {
+  constexpr std::uint64_t kPerBitOfPart = 4000;  // a part takes some 500 bytes
+  const std::vector<SurfacePlaces> places = surface_places(scene, root, counts);
+  std::uint64_t bytes = kIndexBytesOfThreads;
+  bool is_any_shared = false;
+  for (std::size_t s = 0; s < places.size(); ++s) {
+    const std::size_t number = 1 + counts.meshes + s;
+    const PrimitiveCounts& of = blocks_[number].surface;
+    const SurfacePlaces& at = places[s];
+    if (at.all == 0) continue;
+    const auto of_copies = [&](std::uint64_t copies) {
+      return surface_bytes
+                 ? surface_bytes(scene.blocks[number], copies, patches)
+                 : copies * (kIndexBytesPerPatch * of.patches + 2 * sizeof(float) * of.numbers +
+                             kIndexBytesPerTrimPoint * of.trim_points);
+    };
+    bytes += of_copies(at.is_shared ? 1 + at.flattened : at.all);
+    if (at.is_shared) bytes += at.all * (kIndexBytesPerInstance + of_copies(1) / kPerBitOfPart);
+    is_any_shared = is_any_shared || at.is_shared;
+  }
+  return bytes + (is_any_shared ? kPlacedPartsThreads * kPlacedPartsBytes : 0);
 }
 
 std::uint64_t SceneFootprint::index_bytes_of(const EncodedScene& scene,
@@ -138,14 +227,8 @@ std::uint64_t SceneFootprint::index_bytes_of(const EncodedScene& scene,
   std::uint64_t picture_bytes = 0;
   for (const Content& block : blocks_) picture_bytes += block.picture_bytes;
   std::uint64_t bytes = mesh_bytes(root, block_counts, counts.patches > 0) + picture_bytes / 3 * 4;
-  if (counts.patches > 0) bytes += kIndexBytesOfThreads;
-  if (surface_bytes && counts.patches > 0) {
-    for (const SurfaceCopies& surface : surface_copies_of(scene))
-      bytes += surface_bytes(scene.blocks[surface.block], surface.copies, counts.patches);
-  } else {
-    bytes += kIndexBytesPerPatch * counts.patches + 2 * sizeof(float) * counts.numbers +
-             kIndexBytesPerTrimPoint * counts.trim_points;
-  }
+  if (counts.patches > 0)
+    bytes += patch_bytes(scene, root, block_counts, counts.patches, surface_bytes);
   return bytes;
 }
 

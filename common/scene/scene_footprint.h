@@ -31,10 +31,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/scene/root_block.h"
 #include "common/scene/scene_codec.h"
+#include "common/scene/surface_sharing.h"
 
 namespace tessera {
 
@@ -43,12 +45,21 @@ inline constexpr std::uint64_t kIndexBytesPerInstance = 640;
 // A mesh is built once where its copies beside the first would have so many triangles, about 100
 // bytes each. Tracing instances costs time, so memory has to be worth it.
 inline constexpr std::uint64_t kSharedTrianglesMin = std::uint64_t{1} << 19;
+// A surface of patches without trims is split once where its copies beside the first would have so
+// many patches, some 800 bytes each; a place of it takes what an instance does, or is flattened
+// (surface_sharing.h). What a thread keeps of such surfaces in world space, from its first ray on,
+// takes up to kPlacedPartsBytes; as many as kPlacedPartsThreads threads are reckoned with, and more
+// slaves rarely have. A part takes a bit at each place where some surface of the scene lets
+// rays pass.
+inline constexpr std::uint64_t kSharedPatchesMin = std::uint64_t{1} << 16;
+inline constexpr std::uint64_t kPlacedPartsBytes = 832 << 10;
+inline constexpr std::uint64_t kPlacedPartsThreads = 16;
 inline constexpr std::uint64_t kIndexBytesPerPatch = 160 * 450;
 inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 8192;
 inline constexpr std::uint64_t kIndexBytesOfThreads = 5 << 20;  // that build, whatever they build
 
-// Returns: the bytes that preparing a surface takes where it stands `copies` times, in a scene
-// whose instances have `patches` patches in all; 0 for a block that cannot be read.
+// Returns: the bytes that preparing a surface takes where it is flattened `copies` times, in a
+// scene whose instances have `patches` patches in all; 0 for a block that cannot be read.
 using SurfaceBytes = std::function<std::uint64_t(const SceneBlock& surface, std::uint64_t copies,
                                                  std::uint64_t patches)>;
 
@@ -67,14 +78,25 @@ class SceneFootprint {
   struct Content {
     PrimitiveCounts mesh, surface;
     std::uint64_t picture_bytes = 0;
-    // Of a mesh, each once; null: none. Blocks with the same digest share them.
+    // Of a mesh or a surface, each once; null: none. Blocks with the same digest share them.
     std::shared_ptr<const std::vector<std::uint32_t>> materials;
+    bool is_trimmed = false;            // a surface with lists of trims
+    std::optional<SurfaceReach> reach;  // of a surface whose places have been asked for
+  };
+  // Where a surface stands.
+  struct SurfacePlaces {
+    std::uint64_t all = 0, flattened = 0;
+    bool is_shared = false;  // by those that are not flattened
   };
 
   // Returns: false for a scene whose root cannot be read, or does not fit its blocks.
   bool read(const EncodedScene& scene, Scene& root, BlockCounts& counts);
   PrimitiveCounts counts_of(const Scene& root, const BlockCounts& counts) const;
   std::uint64_t mesh_bytes(const Scene& root, const BlockCounts& counts, bool has_patches) const;
+  std::vector<SurfacePlaces> surface_places(const EncodedScene& scene, const Scene& root,
+                                            const BlockCounts& counts);
+  std::uint64_t patch_bytes(const EncodedScene& scene, const Scene& root, const BlockCounts& counts,
+                            std::uint64_t patches, const SurfaceBytes& surface_bytes);
 
   BlockTable::Trace seen_;
   std::vector<Content> blocks_;

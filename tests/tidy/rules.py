@@ -52,6 +52,10 @@ ARROWS = {
     # Patches of a scene in leaves.
     _CORE + "primitive/freeform": _rooms(
         "simd accel ray primitive primitive/triangle primitive/patch surface"),
+    # Surfaces of patches that stand in several places: patches in leaves, and rays in object space.
+    _CORE + "primitive/placed": _rooms(
+        "simd accel ray primitive primitive/triangle primitive/instance primitive/patch "
+        "primitive/freeform traverse"),
     _CORE + "camera": _rooms("sampling ray"),
     # surface says what a surface is, bsdf how it scatters light: neither knows of traversal.
     _CORE + "surface": _rooms("simd sampling ray"),
@@ -62,9 +66,9 @@ ARROWS = {
     # This room has all that is compiled once per instruction set.
     _CORE + "kernels": _rooms(
         "simd sampling ray primitive primitive/triangle primitive/instance primitive/patch "
-        "primitive/freeform traverse camera surface bsdf light"),
+        "primitive/freeform primitive/placed traverse camera surface bsdf light"),
     _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle primitive/patch primitive/freeform surface kernels"),
-    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance primitive/patch primitive/freeform surface bsdf light kernels trace"),
+    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance primitive/patch primitive/freeform primitive/placed surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
     # Two rooms of the core are its door: integrate, which renders, and scene, which is rendered.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "integrate", _CORE + "scene"],

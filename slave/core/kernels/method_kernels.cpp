@@ -9,31 +9,35 @@
 #include "hwy/highway.h"
 #include "slave/core/kernels/method_kernels_layout.h"
 #include "slave/core/primitive/freeform/method_leaf-inl.h"
+#include "slave/core/primitive/placed/method_place_leaf-inl.h"
 #include "slave/core/traverse/bvh_ray-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-template <int W, bool kAny>
+template <class View, bool kAny>
 using MethodRayTracer =
-    BvhRayTracer<MethodView<W>, typename LeafTests<PatchesByMethod<W>>::template Ray<kAny>>;
+    BvhRayTracer<View, typename LeafTests<typename View::Shapes>::template Ray<kAny>>;
 
-template <int W>
-void closest_by_method(const MethodView<W>& scene, const SingleRay& ray, SingleHit& hit) {
-  MethodRayTracer<W, false> tracer(scene);
+template <class View>
+void closest_by_method(const View& scene, const SingleRay& ray, SingleHit& hit) {
+  MethodRayTracer<View, false> tracer(scene);
   hit = {0, kNoPrimitive};
   if (tracer.run(ray)) hit = {tracer.ray().best_t, static_cast<uint32_t>(tracer.ray().best)};
 }
 
-template <int W>
-bool occluded_by_method(const MethodView<W>& scene, const SingleRay& ray) {
-  return MethodRayTracer<W, true>(scene).run(ray);
+template <class View>
+bool occluded_by_method(const View& scene, const SingleRay& ray) {
+  return MethodRayTracer<View, true>(scene).run(ray);
 }
 
+template <class View>
+constexpr MethodKernels<View> kByMethod{closest_by_method<View>, occluded_by_method<View>};
+
 constexpr MethodTables method_tables() {
-  return {{closest_by_method<8>, occluded_by_method<8>},
-          {closest_by_method<16>, occluded_by_method<16>}};
+  return {kByMethod<MethodView<8>>, kByMethod<MethodView<16>>, kByMethod<MethodPlacesView<8>>,
+          kByMethod<MethodPlacesView<16>>};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which meshes of a scene get a structure of their own that their instances share.
+// Which meshes and surfaces of patches get a structure of their own that their instances share.
 // Threads. Plain values.
 #pragma once
 
@@ -7,11 +7,11 @@
 
 namespace tessera::core {
 
-// Which meshes share a structure. Answers do not depend on the choice, only time and memory do.
+// Which of them share a structure. Answers do not depend on the choice, only time and memory do.
 enum class Instancing : std::uint8_t {
-  kAuto,   // meshes of which copies would take more than some 50 MB (kSharedTrianglesMin)
+  kAuto,   // those of which copies would take some 50 MB (kSharedTrianglesMin, kSharedPatchesMin)
   kNever,  // every instance is flattened
-  kAlways  // every mesh that can be, even those that stand once
+  kAlways  // every one that can be, even those that stand once
 };
 
 }  // namespace tessera::core

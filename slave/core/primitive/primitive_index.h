@@ -19,6 +19,7 @@
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
 #include "slave/core/accel/structure.h"
+#include "slave/core/primitive/places_layout.h"
 #include "slave/core/primitive/shapes_layout.h"
 #include "slave/core/primitive/triangle/triangle_blocks.h"
 
@@ -97,10 +98,30 @@ struct PatchedBvh {
   }
 };
 
+// A hierarchy over places of shared surfaces, each of which has a hierarchy of its own, and over
+// sub-patches and triangles that are flattened.
+template <int W>
+struct SurfaceIndex;
+template <int W>
+struct PlacedBvh {
+  Bvh<W> structure;
+  Bounds3f bounds;                    // as of the flattened scene; the structure's box is wider
+  std::vector<std::uint32_t> blocks;  // as TrianglesAndPlaces has them
+  TriangleBlocks<W> triangles;
+  std::shared_ptr<const PatchStore> patches;  // with the places
+  // By surface of the scene: null, and empty in `shapes`, where it is flattened.
+  std::vector<std::shared_ptr<const SurfaceIndex<W>>> surfaces;
+  std::vector<SurfaceShape<W>> shapes;
+  std::uint64_t built_primitives = 0;  // that this version put into structures
+
+  TrianglesAndPlaces<W> kernel_shapes() const;
+  std::uint64_t memory_bytes() const;  // but for the patches
+};
+
 // Answers do not depend on the structure, only time does.
 struct PrimitiveIndex {
   std::variant<IndexedBvh<8>, IndexedBvh<16>, IndexedKd<8>, IndexedKd<16>, InstancedBvh<8>,
-               InstancedBvh<16>, PatchedBvh<8>, PatchedBvh<16>>
+               InstancedBvh<16>, PatchedBvh<8>, PatchedBvh<16>, PlacedBvh<8>, PlacedBvh<16>>
       any;
 
   std::uint64_t memory_bytes() const {

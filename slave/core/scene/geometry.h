@@ -17,7 +17,8 @@ namespace tessera::core {
 
 using MeshList = std::vector<std::shared_ptr<const Mesh>>;
 
-// The part of a scene that lights and materials do not change; it is shared by versions of a scene.
+// The part of a scene that lights and materials do not change, but where a surface of patches that
+// stands very often begins to shed light, or ends; it is shared by versions of a scene.
 struct Geometry {
   TriangleStore triangles;
   std::shared_ptr<const PatchStore> patches;  // null where the scene has none
@@ -36,6 +37,7 @@ struct Geometry {
   // would count each mesh.
   std::shared_ptr<const MeshList> mesh_list;
   std::vector<std::shared_ptr<const PatchSurface>> surfaces;
+  std::vector<bool> is_shareable;  // shareable_surfaces()
   std::vector<Instance> instances;
   Structure structure = Structure::kAuto;
   Instancing instancing = Instancing::kAuto;

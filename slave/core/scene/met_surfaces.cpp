@@ -106,10 +106,10 @@ void MetSurfaces::find_on_patches(const Packet& rays, const PacketHits& hits) {
   PacketPoints& points = memory_.points;
   for_each_ray(on_patches_, [&](int i) {
     const std::uint32_t number = hits.primitive[i];
-    const SubPatch& part = scene_.part(instances_.of(number), number);
+    const PartInWorld there = scene_.part(instances_.of(number), number);
     const CastFrom from(rays, i);
-    const PatchSurfacePoint at = patch_point(scene_.patches->patches[part.patch], part, from.origin,
-                                             from.direction, hits.t[i], patch_method_);
+    const PatchSurfacePoint at = patch_point(*there.patch, *there.part, from.origin, from.direction,
+                                             hits.t[i], patch_method_);
     const Vec3f direction{from.direction[0], from.direction[1], from.direction[2]};
     const bool is_front = dot(at.normal, direction) < 0;
     put_vector(at.point, points.point, i);
@@ -164,8 +164,7 @@ const std::vector<std::uint32_t>& MetSurfaces::materials_of(std::uint32_t instan
 std::size_t MetSurfaces::material_number(const std::vector<std::uint32_t>& of,
                                          std::uint32_t instance, std::uint32_t triangle) const {
   if (of.size() == 1) return of[0];
-  if (scene_.is_patched(instance))
-    return of[scene_.part(instance, triangle).patch - scene_.patches->first_patch[instance]];
+  if (scene_.is_patched(instance)) return of[scene_.patch_of_part(instance, triangle)];
   return of[triangle - scene_.triangles.instance_first[instance]];
 }
 

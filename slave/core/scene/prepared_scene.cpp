@@ -16,9 +16,10 @@
 #include "slave/core/bsdf/coat_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/kernels/kernel_table.h"
-#include "slave/core/primitive/freeform/patched_index.h"
 #include "slave/core/primitive/instance/instanced_index.h"
+#include "slave/core/primitive/placed/surface_places.h"
 #include "slave/core/scene/flat_geometry.h"
+#include "slave/core/scene/patched_geometry.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/surface/surface_lobes.h"
@@ -73,7 +74,8 @@ bool is_of(const Geometry& geometry, const Scene& scene, const SceneChange& chan
            const BuildOptions& options) {
   return change.moved && change.moved->empty() && geometry.surfaces == scene.surfaces &&
          geometry.structure == options.structure && geometry.instancing == options.instancing &&
-         geometry.is_on_demand == options.is_on_demand;
+         geometry.is_on_demand == options.is_on_demand &&
+         geometry.is_shareable == shareable_surfaces(scene, options.instancing);
 }
 
 bool is_any_smooth(const Scene& scene) {
@@ -179,64 +181,6 @@ Status build_index(const Scene& scene, const SceneChange& change, const BuildOpt
   return Status::ok();
 }
 
-// The numbers of flattened triangles among the primitives of the scene.
-std::vector<std::uint32_t> numbers_of(const TriangleSource& source, const TriangleStore& store) {
-  std::vector<std::uint32_t> numbers;
-  for (std::size_t i = 0; i < source.instances.size(); ++i) {
-    if (!source.is_stored(i)) continue;
-    for (std::uint64_t n = store.instance_first[i]; n < store.instance_first[i + 1]; ++n)
-      numbers.push_back(static_cast<std::uint32_t>(n));
-  }
-  return numbers;
-}
-
-// Sub-patches get the numbers of their instances.
-std::shared_ptr<const PatchStore> numbered(PatchStore patches, const TriangleStore& triangles) {
-  for (std::size_t i = 0; i + 1 < patches.first_part.size(); ++i) {
-    auto number = static_cast<std::uint32_t>(triangles.instance_first[i]);
-    for (std::uint64_t p = patches.first_part[i]; p < patches.first_part[i + 1]; ++p)
-      patches.parts[p].primitive = number++;
-  }
-  return std::make_shared<const PatchStore>(std::move(patches));
-}
-
-std::vector<std::uint64_t> first_numbers(const TriangleSource& source, const PatchStore& patches) {
-  std::vector<std::uint64_t> first{0};
-  for (std::size_t i = 0; i < source.instances.size(); ++i) {
-    const std::uint64_t count = source.is_mesh(i)
-                                    ? source.primitive_count(i)
-                                    : patches.first_patch[i + 1] - patches.first_patch[i];
-    first.push_back(first.back() + count);
-  }
-  return first;
-}
-
-// Builds a scene with patches: all meshes are flattened beside them.
-template <int W>
-Status build_patched_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
-  std::vector<Bounds3f> part_boxes, boxes;
-  PatchStore patches = make_patch_store(scene, part_boxes);
-  std::vector<std::uint64_t> part_counts;
-  for (std::size_t i = 0; i < scene.instances.size(); ++i)
-    part_counts.push_back(patches.part_count(i));
-  TriangleStore& store = geometry.triangles;
-  const TriangleSource source{geometry.meshes(), geometry.instances, {}, part_counts};
-  store = make_triangle_store(source, boxes);
-  if (store.primitive_count() >= kNoPrimitive)
-    return Status::resource_exhausted("the scene's patches have more than 2^32 - 1 parts");
-  store.degenerate_count += patches.degenerate_count;
-  const std::vector<std::uint32_t> numbers = numbers_of(source, store);
-  leave_out(boxes, numbers, geometry);
-  geometry.first_number = first_numbers(source, patches);
-  geometry.patches = numbered(std::move(patches), store);
-  auto index = index_patches<W>({boxes, store.vertices, numbers, part_boxes}, geometry.patches,
-                                {options.threads, options.is_cancelled});
-  if (!index.is_ok()) return index.status();
-  geometry.index.any = std::move(*index);
-  geometry.built_primitives = store.primitive_count();
-  return Status::ok();
-}
-
 bool has_patches(const Scene& scene) {
   return std::any_of(scene.instances.begin(), scene.instances.end(), [](const Instance& instance) {
     return instance.kind == ObjectKind::kPatchSurface;
@@ -253,8 +197,11 @@ Status build_any_index(const Scene& scene, const SceneChange& change, const Buil
   if (!kKnowsPatches) return Status::invalid_argument("this build knows no patches");
   if (options.structure == Structure::kKd || options.structure == Structure::kKdQuality)
     return Status::invalid_argument("patches are traced through a hierarchy: use --structure bvh");
-  return is_wide ? build_patched_index<16>(scene, options, geometry)
-                 : build_patched_index<8>(scene, options, geometry);
+  const Geometry* const other =
+      options.other == nullptr ? nullptr : options.other->impl().geometry.get();
+  const BuildControl control{options.threads, options.is_cancelled};
+  return is_wide ? build_patched_geometry<16>(scene, other, control, geometry)
+                 : build_patched_geometry<8>(scene, other, control, geometry);
 }
 
 Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
@@ -270,6 +217,7 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
   geometry->mesh_list =
       change.has_same_meshes ? other->mesh_list : std::make_shared<const MeshList>(scene.meshes);
   geometry->surfaces = scene.surfaces;
+  geometry->is_shareable = shareable_surfaces(scene, options.instancing);
   geometry->instances = scene.instances;
   geometry->structure = options.structure;
   geometry->instancing = options.instancing;

@@ -64,10 +64,14 @@ struct PreparedScene::Impl {
     return kKnowsPatches && patches != nullptr &&
            instances[instance].kind == ObjectKind::kPatchSurface;
   }
-  // The sub-patch that is the given primitive of an instance of patches.
-  const SubPatch& part(std::uint32_t instance, std::uint64_t primitive) const {
-    return patches
-        ->parts[patches->first_part[instance] + primitive - triangles.instance_first[instance]];
+  // The sub-patch that is the given primitive of an instance of patches, in world space, with its
+  // patch. The answer holds until the thread asks again.
+  PartInWorld part(std::uint32_t instance, std::uint64_t primitive) const {
+    return patches->part_at(instance, primitive - triangles.instance_first[instance]);
+  }
+  // The number of its patch within the instance's surface.
+  std::uint64_t patch_of_part(std::uint32_t instance, std::uint64_t primitive) const {
+    return patches->patch_of_part(instance, primitive - triangles.instance_first[instance]);
   }
   // Whether any surface sends light of its own to the camera.
   bool has_glow() const {

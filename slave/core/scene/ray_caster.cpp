@@ -130,13 +130,13 @@ class Caster {
 
   CastHit hit_of_patch(const CastRay& ray, std::uint32_t instance, std::uint32_t primitive,
                        float t) const {
-    const SubPatch& part = scene_.part(instance, primitive);
+    const PartInWorld there = scene_.part(instance, primitive);
     const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
     const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-    const PatchSurfacePoint at = patch_point(scene_.patches->patches[part.patch], part, origin,
-                                             direction, t, options_.patch_method);
-    const std::uint64_t number = part.patch - scene_.patches->first_patch[instance] +
-                                 scene_.geometry->first_number[instance];
+    const PatchSurfacePoint at =
+        patch_point(*there.patch, *there.part, origin, direction, t, options_.patch_method);
+    const std::uint64_t number =
+        scene_.patch_of_part(instance, primitive) + scene_.geometry->first_number[instance];
     return {true, static_cast<std::uint32_t>(number), t, at.u, at.v, at.normal};
   }
 

@@ -187,8 +187,9 @@ const Mesh& SurfaceDetail::mesh_of(std::uint32_t instance) const {
 void SurfaceDetail::put_tangents(std::uint32_t instance) {
   const Transform& to_world = scene_.instances[instance].object_to_world;
   for (int i = 0; i < memory_.points.count; ++i) {
-    const Patch& patch = scene_.patches->patches[scene_.part(instance, memory_.triangle[i]).patch];
-    const TangentTriangle on = tangent_triangle(patch, memory_.points.u[i], memory_.points.v[i]);
+    const PartInWorld there = scene_.part(instance, memory_.triangle[i]);
+    const TangentTriangle on =
+        tangent_triangle(*there.patch, memory_.points.u[i], memory_.points.v[i]);
     for (int k = 0; k < 3; ++k) {
       put_vector(on.corner[k], memory_.points.corner[k], i);
       put_vector(before(to_world, on.corner[k]), memory_.points.corner_of_mesh[k], i);

@@ -59,19 +59,18 @@ bool AlphaSurfaces::mark(std::uint32_t instance) {
   return is_any;
 }
 
-const Material& AlphaSurfaces::material_of_patch(std::uint32_t instance,
-                                                 const SubPatch& part) const {
+const Material& AlphaSurfaces::material_of_part(std::uint32_t instance, std::uint64_t part) const {
   const auto& of = parts_.surfaces[parts_.instances[instance].mesh]->materials;
   return parts_
-      .materials[of.size() == 1 ? of[0] : of[part.patch - parts_.patches->first_patch[instance]]];
+      .materials[of.size() == 1 ? of[0] : of[parts_.patches->patch_of_part(instance, part)]];
 }
 
 bool AlphaSurfaces::mark_patches(std::uint32_t instance) {
   const PatchStore& patches = *parts_.patches;
   std::uint64_t number = parts_.triangles.instance_first[instance];
   bool is_any = false;
-  for (std::uint64_t p = patches.first_part[instance]; p < patches.first_part[instance + 1]; ++p) {
-    const Material& material = material_of_patch(instance, patches.parts[p]);
+  for (std::uint64_t p = 0; p < patches.part_count(instance); ++p) {
+    const Material& material = material_of_part(instance, p);
     if (may_be_passed(material, mesh_of_patches(), parts_.textures)) {
       is_any = true;
       may_pass_[number / 64] |= std::uint64_t{1} << (number % 64);
@@ -83,12 +82,11 @@ bool AlphaSurfaces::mark_patches(std::uint32_t instance) {
 
 float AlphaSurfaces::opacity_of_patch(std::uint32_t instance, const SingleHit& hit,
                                       const SingleRay& ray, PatchMethod method) const {
-  const PatchStore& patches = *parts_.patches;
-  const SubPatch& part = patches.parts[patches.first_part[instance] + hit.primitive -
-                                       parts_.triangles.instance_first[instance]];
+  const std::uint64_t part = hit.primitive - parts_.triangles.instance_first[instance];
+  const PartInWorld there = parts_.patches->part_at(instance, part);
   const PatchSurfacePoint at =
-      patch_point(patches.patches[part.patch], part, ray.origin, ray.direction, hit.t, method);
-  return opacity_at(material_of_patch(instance, part), mesh_of_patches(), 0, parts_.textures, at.u,
+      patch_point(*there.patch, *there.part, ray.origin, ray.direction, hit.t, method);
+  return opacity_at(material_of_part(instance, part), mesh_of_patches(), 0, parts_.textures, at.u,
                     at.v);
 }
 

@@ -52,7 +52,7 @@ class AlphaSurfaces {
 
   bool mark(std::uint32_t instance);
   bool mark_patches(std::uint32_t instance);
-  const Material& material_of_patch(std::uint32_t instance, const SubPatch& part) const;
+  const Material& material_of_part(std::uint32_t instance, std::uint64_t part) const;
   bool is_let_through(const SingleHit& hit, const SingleRay& ray, PatchMethod method) const;
   float opacity_of_patch(std::uint32_t instance, const SingleHit& hit, const SingleRay& ray,
                          PatchMethod method) const;

@@ -23,16 +23,18 @@ class MethodTracer {
   bool occluded(const SingleRay& ray) const;
 
  private:
-  template <int W>
+  template <class View>
   struct Way {
-    MethodView<W> view;
-    MethodKernels<W> kernels;
+    View view;
+    MethodKernels<View> kernels;
   };
 
   template <class AnyWay>
   explicit MethodTracer(const AnyWay& way) : way_(way) {}
 
-  std::variant<Way<8>, Way<16>> way_;
+  std::variant<Way<MethodView<8>>, Way<MethodView<16>>, Way<MethodPlacesView<8>>,
+               Way<MethodPlacesView<16>>>
+      way_;
 };
 
 }  // namespace tessera::core

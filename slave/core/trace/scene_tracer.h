@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/kernels/place_kernels.h"
 #include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/patch/methods/patch_methods.h"
 #include "slave/core/primitive/patch/patch_support.h"
@@ -49,6 +50,11 @@ PatchedView<W> view_of(const PatchedBvh<W>& bvh) {
           scene_box(bvh.structure.bounds)};
 }
 
+template <int W>
+PlacedView<W> view_of(const PlacedBvh<W>& bvh) {
+  return {bvh.structure.nodes.data(), bvh.kernel_shapes(), scene_box(bvh.structure.bounds)};
+}
+
 inline const auto& kernels_of(const KernelTable& table, const TriangleBvh<8>&) {
   return table.bvh8;
 }
@@ -72,6 +78,13 @@ inline const auto& kernels_of(const KernelTable& table, const PatchedView<8>&) {
 }
 inline const auto& kernels_of(const KernelTable& table, const PatchedView<16>&) {
   return table.patched16;
+}
+
+inline const auto& kernels_of(const KernelTable& table, const PlacedView<8>&) {
+  return place_kernels(table.isa).by8;
+}
+inline const auto& kernels_of(const KernelTable& table, const PlacedView<16>&) {
+  return place_kernels(table.isa).by16;
 }
 
 class AlphaSurfaces;
@@ -186,7 +199,7 @@ class SceneTracer {
   PatchMethod patch_method_;
   std::optional<MethodTracer> by_method_;  // where the scene has patches and the frame a method
   std::variant<TriangleBvh<8>, TriangleBvh<16>, TriangleKd<8>, TriangleKd<16>, InstancedView<8>,
-               InstancedView<16>, PatchedView<8>, PatchedView<16>>
+               InstancedView<16>, PatchedView<8>, PatchedView<16>, PlacedView<8>, PlacedView<16>>
       view_;
 };
 

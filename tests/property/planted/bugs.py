@@ -142,6 +142,11 @@ BUGS = (
     Bug("flat_part_kept", "what is flattened is taken for the same wherever it stands", "scene/prepared_scene.cpp",
         "known.index->flat->made_of == flattened.part->made_of",
         "known.index->flat->made_of.size() == flattened.part->made_of.size()", "core_moved_instances"),
+    # Shared surfaces of patches.
+    Bug("part_room_lost", "parts of a place are left out in object space without room", "primitive/placed/object_packet-inl.h",
+        "off * (1 + 64 * kRoundoff) + kUnderflow", "0.0f * off", "core_shared_patches"),
+    Bug("part_number_kept", "a part of a place has its number in the surface", "primitive/freeform/placed_parts.cpp",
+        "place.first_primitive + part.primitive", "part.primitive", "core_shared_patches"),
     # Patches.
     Bug("patch_border_open", "a patch's part ends short of its border", "primitive/patch/patch_decision-inl.h",
         "abs(at_[c]) <= 1 + tolerance_[c]", "abs(at_[c]) <= 1 - kPatchOverlap", "core_patch_borders"),

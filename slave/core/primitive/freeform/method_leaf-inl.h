@@ -19,29 +19,34 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// Asks the method for a sub-patch, and for those that it stands for. patches: those that they name.
+template <bool kAny>
+HWY_NOINLINE void ask_method(const PatchMethodCall& method, const Patch* patches,
+                             const SubPatch& part, OneRay& ray) {
+  const auto ask = [&](const SubPatch& one) HWY_ATTR {
+    const PatchAnswer answer =
+        method.answer(method.how, patches[one.patch], one, ray.origin, ray.direction, ray.t_min);
+    const auto number = static_cast<int32_t>(one.primitive);
+    if (answer.is_hit && ray.is_nearer(answer.t, number))
+      ray.template accept<kAny>(answer.t, number);
+  };
+  ask(part);
+  if (!is_border_span(part)) return;
+  for (const SubPatch* span = next_beside(part); span != nullptr; span = next_beside(*span))
+    ask(*span);
+}
+
 // What tests a sub-patch against one ray, in MixedRayLeaf.
 template <int W, bool kAny>
 class MethodRayTest {
  public:
   HWY_INLINE MethodRayTest(OneRay& ray, TriangleRay<W, kAny>&) : ray_(ray) {}
 
-  HWY_NOINLINE void test(const PatchesByMethod<W>& shapes, uint32_t item) {
-    const SubPatch& part = shapes.parts[item];
-    ask(shapes, part);
-    if (!is_border_span(part)) return;
-    for (const SubPatch* span = next_beside(part); span != nullptr; span = next_beside(*span))
-      ask(shapes, *span);
+  HWY_INLINE void test(const PatchesByMethod<W>& shapes, uint32_t item) {
+    ask_method<kAny>(shapes.method, shapes.patches, shapes.parts[item], ray_);
   }
 
  private:
-  HWY_INLINE void ask(const PatchesByMethod<W>& shapes, const SubPatch& part) {
-    const PatchAnswer answer = shapes.method.answer(shapes.method.how, shapes.patches[part.patch],
-                                                    part, ray_.origin, ray_.direction, ray_.t_min);
-    const auto number = static_cast<int32_t>(part.primitive);
-    if (answer.is_hit && ray_.is_nearer(answer.t, number))
-      ray_.template accept<kAny>(answer.t, number);
-  }
-
   OneRay& ray_;
 };
 

@@ -50,6 +50,8 @@ HWY_INLINE Floats least_ts(const BundleRays& rays, size_t at) {
 }
 
 struct PatchFilterRoom {
+  // Distance that makes room for what may be off by `off` on each axis.
+  static constexpr float kFartherPerOff = 1 / (16 * kRoundoff);
   static constexpr float kRoom = 16 * kRoundoff;        // see above
   static constexpr float kTooFlat = 64 * kRoundoff;     // |d_n| over N_n S
   static constexpr float kLimitSlack = 32 * kRoundoff;  // of t_min and the best t
@@ -90,7 +92,9 @@ class BorderBend {
   const float bend_, away_, reach_, far_;
 };
 
-// Rays: FanRays or BundleRays.
+// Rays: FanRays or BundleRays, or others that are as a bundle and have
+//   Floats farther(size_t at)   by how much `distance` is larger, of the rays from `at` on:
+//                               room that comes on top, over kRoom.
 template <class Rays>
 class PatchFilter : PatchFilterRoom {
   using V = Floats;
@@ -155,14 +159,17 @@ class PatchFilter : PatchFilterRoom {
     }
     reach_ = static_cast<float>(far) * (1 + kRoundoff);
   }
-  HWY_INLINE void set_origin(const BundleRays&) {}
+  template <class Others>
+  HWY_INLINE void set_origin(const Others&) {}
   HWY_INLINE void load_origin(const FanRays&, size_t, V (&o)[3], V&) const {
     for (int r = 0; r < 3; ++r) o[r] = set<V>(origin_[r]);
   }
-  HWY_INLINE void load_origin(const BundleRays& rays, size_t at, V (&o)[3], V& reach) const {
+  template <class Others>
+  HWY_INLINE void load_origin(const Others& rays, size_t at, V (&o)[3], V& reach) const {
     V from[3] = {};
     for (int k = 0; k < 3; ++k) from[k] = load<V>(rays.from[k] + at) - part_.centre[k];
     reach = max(max(abs(from[0]), abs(from[1])), abs(from[2]));
+    if constexpr (requires { rays.farther(at); }) reach = reach + rays.farther(at);
     for (int r = 0; r < 3; ++r)
       o[r] =
           from[0] * part_.frame[r][0] + from[1] * part_.frame[r][1] + from[2] * part_.frame[r][2];
@@ -176,8 +183,11 @@ class PatchFilter : PatchFilterRoom {
 // The same test of one ray, without a branch. Its roundings are those of a bundle's.
 class PatchRayFilter : PatchFilterRoom {
  public:
+  // Ray: OneRay, or what has its members that are asked for, and
+  //   float farther   as of PatchFilter.
   // Returns: whether the ray may meet the sub-patch. Requires: it has a frame.
-  static HWY_INLINE bool is_possible(const OneRay& ray, const SubPatch& part) {
+  template <class Ray>
+  static HWY_INLINE bool is_possible(const Ray& ray, const SubPatch& part) {
     float from[3], o[3], d[3], norm[3];
     for (int k = 0; k < 3; ++k) from[k] = ray.origin[k] - part.centre[k];
     for (int r = 0; r < 3; ++r) {
@@ -186,7 +196,8 @@ class PatchRayFilter : PatchFilterRoom {
       d[r] = row[0] * ray.direction[0] + row[1] * ray.direction[1] + row[2] * ray.direction[2];
       norm[r] = abs_of(row[0]) + abs_of(row[1]) + abs_of(row[2]);
     }
-    const float reach = max_of(max_of(abs_of(from[0]), abs_of(from[1])), abs_of(from[2]));
+    float reach = max_of(max_of(abs_of(from[0]), abs_of(from[1])), abs_of(from[2]));
+    if constexpr (requires { ray.farther; }) reach += ray.farther;
     const float inverse = 1 / d[2], t = -o[2] * inverse;
     const float room = (reach + abs_of(t) * ray.size) * kRoom;
     const float away = part.reach[2] + room * norm[2];

@@ -31,8 +31,11 @@ class PatchPacketTest {
   HWY_INLINE PatchPacketTest(Rays& rays, Test<W, kAny>& test) : rays_(rays), test_(test) {}
 
   HWY_INLINE bool test(const TrianglesAndPatches<W>& shapes, uint32_t number) {
-    return test(shapes, shapes.parts[number]);
+    return test(shapes.patches, shapes.parts[number]);
   }
+  // The same, wherever they are; they stay until settle_waiting(). patches: those that sub-patches
+  // name.
+  HWY_NOINLINE bool test(const Patch* patches, const SubPatch& part);
   // Asks the complete solver what waits to be asked. Returns: whether some ray has a new best hit.
   HWY_INLINE bool settle_waiting() { return waiting_count_ != 0 && ask_waiting(); }
 
@@ -48,7 +51,6 @@ class PatchPacketTest {
     alignas(64) double origin[3][kPacketRays + 8], direction[3][kPacketRays + 8];
   };
 
-  HWY_NOINLINE bool test(const TrianglesAndPatches<W>& shapes, const SubPatch& part);
   // Those that may meet a sub-patch with a frame. more: as in PatchFilter.
   template <class More>
   HWY_INLINE uint64_t possible_rays(const SubPatch& part, const More& more) const {
@@ -78,9 +80,8 @@ class PatchPacketTest {
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool PatchPacketTest<W, kAny, Rays, Test>::test(const TrianglesAndPatches<W>& shapes,
-                                                const SubPatch& part) {
-  const Patch& patch = shapes.patches[part.patch];
+bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch* patches, const SubPatch& part) {
+  const Patch& patch = patches[part.patch];
   uint64_t possible = 0;
   if (part.has_frame) {
     const bool is_border = is_border_span(part);
@@ -92,7 +93,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const TrianglesAndPatches<W>& sh
     if (is_border) {
       bool has_hit = false;
       for (const SubPatch* span = &part; span != nullptr; span = next_beside(*span))
-        has_hit |= ask_all(shapes.patches[span->patch], *span, possible);
+        has_hit |= ask_all(patches[span->patch], *span, possible);
       return has_hit;
     }
     Candidates rays;
@@ -217,11 +218,14 @@ class PatchRayTest {
     return !part.has_frame || PatchRayFilter::is_possible(ray_, part);
   }
   HWY_NOINLINE void ask(const TrianglesAndPatches<W>& shapes, uint32_t number) {
-    const SubPatch& part = shapes.parts[number];
-    ask(shapes, part);
+    ask(shapes.patches, shapes.parts[number]);
+  }
+  // The same, wherever they are. patches: those that sub-patches name.
+  HWY_INLINE void ask(const Patch* patches, const SubPatch& part) {
+    ask_one(patches, part);
     if (!is_border_span(part)) return;
     for (const SubPatch* span = next_beside(part); span != nullptr; span = next_beside(*span))
-      if (may_meet(*span)) ask(shapes, *span);
+      if (may_meet(*span)) ask_one(patches, *span);
   }
   // What is asked of the complete solver where the decision leaves it undecided.
   HWY_INLINE PatchQuestion question(const Patch& patch, const SubPatch& part) const {
@@ -242,9 +246,8 @@ class PatchRayTest {
   int waiting = 0;  // answers that are not known yet
 
  private:
-  HWY_INLINE void ask(const TrianglesAndPatches<W>& shapes, const SubPatch& part) {
-    take(part,
-         patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min));
+  HWY_INLINE void ask_one(const Patch* patches, const SubPatch& part) {
+    take(part, patch_answer(patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min));
   }
 
   OneRay& ray_;

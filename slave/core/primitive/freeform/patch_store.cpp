@@ -67,12 +67,7 @@ struct SplitSurface {
 std::optional<CheckedPatch> placed(const CheckedPatch& patch, const Transform& to_world,
                                    Bounds3f& box) {
   std::vector<float> numbers = patch.numbers;
-  const std::size_t width = patch.is_rational ? 4 : 3;
-  for (std::size_t k = 0; k < numbers.size(); k += width) {
-    const Vec3f at = to_world.point({numbers[k], numbers[k + 1], numbers[k + 2]});
-    for (int a = 0; a < 3; ++a) numbers[k + static_cast<std::size_t>(a)] = at[a];
-    box.grow(at);
-  }
+  place_points(to_world, patch.is_rational, numbers.size(), numbers.data(), box);
   Result<CheckedPatch> checked =
       checked_patch({patch.degree_u, patch.degree_v, patch.is_rational, numbers});
   if (!checked.is_ok()) return std::nullopt;
@@ -163,7 +158,7 @@ void set_numbers(const std::vector<Instance>& instances, PatchStore& store) {
       Patch& patch = store.patches[p];
       if (patch.numbers == nullptr) continue;
       patch.numbers = numbers;
-      numbers += (patch.is_rational ? 4 : 3) * (patch.degree_u + 1) * (patch.degree_v + 1);
+      numbers += number_count_of(patch);
     }
   }
 }
@@ -195,31 +190,53 @@ PatchSplitting splitting_for(std::uint64_t patch_count) {
 }
 
 std::uint64_t PatchStore::memory_bytes() const {
-  std::uint64_t of_trims = 0;
+  std::uint64_t of_trims = 0, of_shared = 0;
+  for (const auto& surface : shared.surfaces) {
+    if (surface) of_shared += surface->memory_bytes();
+  }
+  of_shared += shared.places.capacity() * sizeof(InstanceBlock) +
+               shared.of_instance.capacity() * sizeof(std::uint32_t);
   std::set<const TrimLoops*> loops;
   for (const auto& set : trims) {
     if (!set) continue;
     of_trims += set->borders().bytes();
     if (loops.insert(&set->loops()).second) of_trims += set->loops().bytes();
   }
-  return of_trims + numbers.capacity() * sizeof(float) + patches.capacity() * sizeof(Patch) +
-         parts.capacity() * sizeof(SubPatch) +
+  return of_trims + of_shared + numbers.capacity() * sizeof(float) +
+         patches.capacity() * sizeof(Patch) + parts.capacity() * sizeof(SubPatch) +
          (first_patch.capacity() + first_part.capacity()) * sizeof(std::uint64_t);
 }
 
 PatchStore make_patch_store(const Scene& scene, std::vector<Bounds3f>& boxes) {
-  return make_patch_store(scene, splitting_for(patch_count(scene)), boxes);
+  return make_patch_store(scene, splitting_of(scene), boxes);
+}
+
+PatchSplitting splitting_of(const Scene& scene) { return splitting_for(patch_count(scene)); }
+
+PartInWorld PatchStore::part_at(std::size_t instance, std::uint64_t part) const {
+  if (!shared.has(instance)) {
+    const SubPatch& stored = parts[first_part[instance] + part];
+    return {&patches[stored.patch], &stored};
+  }
+  const SharedSurface& surface = shared.surface(instance);
+  const SubPatch& own = surface.parts[part];
+  return part_in_world(shared.place(instance), shared.first_number + shared.of_instance[instance],
+                       surface.patches[own.patch], own);
 }
 
 PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
-                            std::vector<Bounds3f>& boxes) {
+                            std::vector<Bounds3f>& boxes, SharedPlaces shared) {
   PatchStore store;
   if (scene.surfaces.empty()) return store;
+  const auto is_flattened = [&](std::size_t i) {
+    return scene.instances[i].kind == ObjectKind::kPatchSurface && !shared.has(i);
+  };
   std::vector<std::optional<SplitSurface>> split(scene.surfaces.size());
   TrimLoopLibrary loops(splitting.cells);
   std::size_t number_count = 0, patch_count = 0, part_count = 0;
-  for (const Instance& instance : scene.instances) {
-    if (instance.kind != ObjectKind::kPatchSurface) continue;
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    if (!is_flattened(i)) continue;
+    const Instance& instance = scene.instances[i];
     std::optional<SplitSurface>& surface = split[instance.mesh];
     if (!surface) surface.emplace(*scene.surfaces[instance.mesh], splitting, loops);
     if (!instance.object_to_world.is_identity())
@@ -233,10 +250,11 @@ PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
   store.parts.reserve(part_count);
   boxes.reserve(boxes.size() + part_count);
   Filler filler(store, boxes);
-  for (const Instance& instance : scene.instances) {
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
     store.first_patch.push_back(store.patches.size());
     store.first_part.push_back(store.parts.size());
-    if (instance.kind == ObjectKind::kPatchSurface)
+    if (is_flattened(i))
       filler.add(*split[instance.mesh], *scene.surfaces[instance.mesh], instance.object_to_world);
   }
   for (const std::optional<SplitSurface>& surface : split)
@@ -253,6 +271,10 @@ PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
     const std::size_t first = store.first_part[i], count = store.first_part[i + 1] - first;
     join_borders_beside(store.patches.data(), std::span(store.parts).subspan(first, count),
                         std::span(boxes).subspan(others + first, count));
+  }
+  store.shared = std::move(shared);
+  for (std::size_t i = 0; i < store.shared.of_instance.size(); ++i) {
+    if (store.shared.has(i)) store.degenerate_count += store.shared.surface(i).degenerate_count;
   }
   return store;
 }

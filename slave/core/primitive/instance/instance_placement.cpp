@@ -69,6 +69,10 @@ float rounded_up(double value) {
 
 }  // namespace
 
+std::array<double, 3> corner_roundings(const Transform& to_world, const Bounds3f& corners) {
+  return corner_errors(to_world, largest_of(corners));
+}
+
 // The pad. With A the inverse as stored, a corner w = M p + T + e comes back as A (w - T) = p + (A
 // M - I) p + A e. Products of A M are computed here in double, whose roundings are 2^-50 of their
 // sizes.

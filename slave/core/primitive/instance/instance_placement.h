@@ -5,7 +5,7 @@
 // Threads. Pure functions.
 #pragma once
 
-#include <cstdint>
+#include <array>
 #include <optional>
 #include <span>
 
@@ -19,6 +19,10 @@ namespace tessera::core {
 // of float32; such an instance is to be flattened. bounds: of the mesh's corners, object space.
 // `mesh` and `first_primitive` are the caller's to fill.
 std::optional<InstanceBlock> place_instance(const Transform& to_world, const Bounds3f& bounds);
+
+// Returns: by axis of the world, how far a corner in the box may be rounded away from where the map
+// brings it. Requires: as placed_bounds().
+std::array<double, 3> corner_roundings(const Transform& to_world, const Bounds3f& corners);
 
 // Returns: a box that holds every corner that float32 arithmetic makes of a corner in `parts`,
 // boxes in object space. Requires: place_instance() took the transform.
