@@ -2,11 +2,8 @@
 #include "slave/core/primitive/instance/exact_bounds.h"
 
 #include <algorithm>
-#include <limits>
-#include <queue>
-#include <utility>
 
-#include "slave/core/accel/bvh_children.h"
+#include "slave/core/accel/bvh_farthest.h"
 #include "slave/core/primitive/instance/instance_placement.h"
 #include "slave/core/primitive/instance/mesh_slot.h"
 #include "slave/core/primitive/instance/mesh_slot_abi.h"
@@ -14,15 +11,6 @@
 
 namespace tessera::core {
 namespace {
-
-// One of the six directions along the axes; of() is the coordinate along it.
-struct Direction {
-  int axis;
-  float sign;
-
-  float of(Vec3f p) const { return p[axis] * sign; }
-  float of(const Bounds3f& box) const { return of(sign > 0 ? box.upper : box.lower); }
-};
 
 Transform transform_of(const InstanceBlock& instance) {
   Transform t;
@@ -45,30 +33,20 @@ class FarthestCorner {
   FarthestCorner(const MeshShape<W>& mesh, const InstanceBlock& instance)
       : mesh_(mesh), to_world_(transform_of(instance)) {}
 
-  float find(const Direction& along, float best) const {
+  float find(const AxisDirection& along, float best) const {
     if (is_slot(mesh_)) return find_in_all(MeshSlot<W>::of(mesh_).mesh(), along, best);
-    std::priority_queue<std::pair<float, std::uint32_t>> open;  // the farthest first
-    open.push({std::numeric_limits<float>::infinity(), 0});
-    while (!open.empty() && open.top().first > best) {
-      const std::uint32_t child = open.top().second;
-      open.pop();
-      if ((child & kBvhLeaf) != 0) {
-        best = find_in_leaf(child, along, best);
-        continue;
-      }
-      const BvhNode<W>& node = mesh_.nodes[child];
-      for (int i = 0; i < W; ++i) {
-        if (node.child[i] == kBvhNoChild) continue;
-        const Bounds3f box = child_box(node, i);
-        open.push({along.of(placed_bounds(to_world_, {&box, 1})), node.child[i]});
-      }
-    }
-    return best;
+    const auto reach_of = [&](const Bounds3f& box) {
+      return along.of(placed_bounds(to_world_, {&box, 1}));
+    };
+    const auto best_in_leaf = [&](std::uint32_t leaf, float far) {
+      return find_in_leaf(leaf, along, far);
+    };
+    return farthest_in_bvh(mesh_.nodes, best, reach_of, best_in_leaf);
   }
 
  private:
   // For meshes that may have no hierarchy yet.
-  float find_in_all(const Mesh& mesh, const Direction& along, float best) const {
+  float find_in_all(const Mesh& mesh, const AxisDirection& along, float best) const {
     const auto placed = [&](std::uint32_t vertex) {
       const Vec3f p = mesh.positions[vertex];
       return to_world_.is_identity() ? p : to_world_.point(p);
@@ -81,7 +59,7 @@ class FarthestCorner {
     return best;
   }
 
-  float find_in_leaf(std::uint32_t child, const Direction& along, float best) const {
+  float find_in_leaf(std::uint32_t child, const AxisDirection& along, float best) const {
     const std::uint32_t first = first_block_of(child), count = block_count_of(child);
     for (std::uint32_t b = first; b < first + count; ++b) {
       const TriangleBlock<W>& block = mesh_.triangles[b];
@@ -104,7 +82,7 @@ template <int W>
 class Farthest {
  public:
   // Begins with the best that is known, and who has it.
-  Farthest(const InstancedBvh<W>& index, const Direction& along, float best, std::int64_t who)
+  Farthest(const InstancedBvh<W>& index, const AxisDirection& along, float best, std::int64_t who)
       : index_(index), along_(along), best_(best), who_(who) {}
 
   void look_at(std::size_t i) {
@@ -129,7 +107,7 @@ class Farthest {
 
  private:
   const InstancedBvh<W>& index_;
-  const Direction along_;
+  const AxisDirection along_;
   float best_;
   std::int64_t who_;
 };
@@ -146,7 +124,7 @@ void set_exact_bounds(const Bounds3f& flattened, const InstancedBvh<W>* known,
                                    ? static_cast<std::int64_t>(known->instances.size())
                                    : -1;
   for (int d = 0; d < 6; ++d) {
-    const Direction along{d / 2, d % 2 == 0 ? -1.0f : 1.0f};
+    const AxisDirection along{d / 2, d % 2 == 0 ? -1.0f : 1.0f};
     std::int64_t who = known != nullptr ? known->farthest[d] : -1;
     if (who < 0) who = of_part;
     const bool is_known =

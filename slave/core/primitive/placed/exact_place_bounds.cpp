@@ -5,28 +5,17 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <queue>
 #include <set>
 #include <tuple>
-#include <utility>
 #include <vector>
 
-#include "slave/core/accel/bvh_children.h"
+#include "slave/core/accel/bvh_farthest.h"
 #include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/instance/instance_placement.h"
 #include "slave/core/primitive/placed/surface_index.h"
 
 namespace tessera::core {
 namespace {
-
-// One of the six directions along the axes; of() is the coordinate along it.
-struct Direction {
-  int axis;
-  float sign;
-
-  float of(Vec3f p) const { return p[axis] * sign; }
-  float of(const Bounds3f& box) const { return of(sign > 0 ? box.upper : box.lower); }
-};
 
 // Finds the part of a place that reaches farthest along a direction. The search goes down the
 // surface's hierarchy only where something may reach farther than the best so far.
@@ -39,26 +28,17 @@ class FarthestPart {
         to_world_(to_world_of(place)),
         off_(place, index.surface->points) {}
 
-  float find(const Direction& along, float best) const {
-    std::priority_queue<std::pair<float, std::uint32_t>> open;  // the farthest first
-    open.push({std::numeric_limits<float>::infinity(), 0});
-    while (!open.empty() && open.top().first > best) {
-      const std::uint32_t child = open.top().second;
-      open.pop();
-      if (is_bvh_leaf(child)) {
-        const std::uint32_t first = first_block_of(child);
-        for (std::uint32_t b = first; b < first + block_count_of(child); ++b)
-          best = std::max(best, along.of(box_of(index_.blocks[b] ^ kIsItem)));
-        continue;
-      }
-      const BvhNode<W>& node = index_.structure.nodes[child];
-      for (int i = 0; i < W; ++i) {
-        if (node.child[i] == kBvhNoChild) continue;
-        const Bounds3f box = child_box(node, i);
-        open.push({along.of(off_.grown(placed_bounds(to_world_, {&box, 1}))), node.child[i]});
-      }
-    }
-    return best;
+  float find(const AxisDirection& along, float best) const {
+    const auto reach_of = [&](const Bounds3f& box) {
+      return along.of(off_.grown(placed_bounds(to_world_, {&box, 1})));
+    };
+    const auto best_in_leaf = [&](std::uint32_t leaf, float far) {
+      const std::uint32_t first = first_block_of(leaf);
+      for (std::uint32_t b = first; b < first + block_count_of(leaf); ++b)
+        far = std::max(far, along.of(box_of(index_.blocks[b] ^ kIsItem)));
+      return far;
+    };
+    return farthest_in_bvh(index_.structure.nodes.data(), best, reach_of, best_in_leaf);
   }
 
  private:
@@ -115,7 +95,7 @@ Bounds3f exact_place_bounds(const PlacedBvh<W>& index, std::span<const Bounds3f>
   const std::vector<InstanceBlock>& places = index.patches->shared.places;
   float limit[2][3];
   for (int d = 0; d < 6; ++d) {
-    const Direction along{d / 2, d % 2 == 0 ? -1.0f : 1.0f};
+    const AxisDirection along{d / 2, d % 2 == 0 ? -1.0f : 1.0f};
     float best = along.of(flattened);
     std::set<PlaceKey> seen;
     const auto look_at = [&](std::size_t i) {
