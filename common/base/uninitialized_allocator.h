@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // An allocator that leaves new elements uninitialised, for large arrays of which every element is
 // written once: zeroing them first would hold up the thread that does it, and that thread would
-// touch all of their memory first.
+// touch all of their memory first. Large ones stand on large pages (large_pages.h).
 //
 // Threads. As std::allocator.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <new>
 #include <utility>
+
+#include "common/base/large_pages.h"
 
 namespace tessera {
 
@@ -18,6 +21,13 @@ struct UninitializedAllocator : std::allocator<T> {
   struct rebind {
     using other = UninitializedAllocator<U>;
   };
+  // Requires: count * sizeof(T) can be counted, as std::vector sees to.
+  T* allocate(std::size_t count) {
+    return static_cast<T*>(take_array(count * sizeof(T), alignof(T)));
+  }
+  void deallocate(T* array, std::size_t count) noexcept {
+    give_array_back(array, count * sizeof(T), alignof(T));
+  }
   template <typename U>
   void construct(U* place) noexcept {
     ::new (static_cast<void*>(place)) U;

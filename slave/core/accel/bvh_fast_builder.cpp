@@ -47,9 +47,10 @@ struct Part : BvhPart<W> {
 template <int W>
 class Builder {
  public:
-  Builder(const GridSorted& sorted, const PrimitiveSet& set, const BuildControl& control)
+  // Moves the references of `sorted` around.
+  Builder(GridSorted& sorted, const PrimitiveSet& set, const BuildControl& control)
       : ranges_(sorted.ranges),
-        refs_(sorted.references.refs.get(), sorted.references.all.size()),
+        refs_(sorted.references.refs.data(), sorted.references.all.size()),
         leaves_(set.leaves),
         control_(control),
         task_refs_(std::max(kTaskRefsMin, sorted.references.all.size() / kTaskShare)) {}
@@ -171,7 +172,7 @@ class Builder {
 
 template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control) {
-  const GridSorted sorted = grid_sort(set.boxes, W, control.thread_count);
+  GridSorted sorted = grid_sort(set.boxes, W, control.thread_count);
   Bvh<W> bvh;
   if (sorted.ranges.empty()) return bvh;
   bvh.bounds = sorted.references.all.bounds.bounds();

@@ -255,9 +255,9 @@ class Sorter {
     std::vector<Content> cells = fill_cells();
     CellTree tree(cells, block_size);
     sorted.ranges = tree.take();
-    sorted.references = {std::make_unique_for_overwrite<PrimitiveRef[]>(all_.count),
-                         sorted.ranges[0].range};
-    place(tree.first(), sorted.references.refs.get());
+    sorted.references.refs.resize(all_.count);
+    sorted.references.all = sorted.ranges[0].range;
+    place(tree.first(), sorted.references.refs.data());
     return sorted;
   }
 

@@ -55,7 +55,7 @@ References refer_to(std::span<const Bounds3f> boxes, float cuts_max, int thread_
   }
   if (count == 0) return result;
   const auto room = static_cast<std::uint32_t>(cuts_max * static_cast<float>(count));
-  result.refs = std::make_unique_for_overwrite<PrimitiveRef[]>(std::size_t{count} + room);
+  result.refs.resize(std::size_t{count} + room);
   run_tasks(part_count, thread_count, [&](int i) {
     Part& part = parts[static_cast<std::size_t>(i)];
     for (std::size_t p = part.begin; p < part.end; p += step) {

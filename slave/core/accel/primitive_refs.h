@@ -6,9 +6,10 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
+#include <vector>
 
+#include "common/base/uninitialized_allocator.h"
 #include "slave/core/accel/box4.h"
 
 namespace tessera::core {
@@ -57,7 +58,7 @@ void share_room(std::span<PrimitiveRef> refs, RefRange& left, RefRange& right, s
 // References to primitives with a box, with room behind them. Memory is touched first by the thread
 // that fills it.
 struct References {
-  std::unique_ptr<PrimitiveRef[]> refs;
+  std::vector<PrimitiveRef, UninitializedAllocator<PrimitiveRef>> refs;
   RefRange all;
 };
 

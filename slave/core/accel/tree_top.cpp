@@ -48,7 +48,7 @@ constexpr std::size_t kSampleMin = 32768;
 TreeTop::TreeTop(const PrimitiveSet& set, int width, const BuildControl& control,
                  const BvhBuildConfig& config, std::uint32_t step)
     : references_(refer_to_some(set, control, config, step)),
-      splitter_({references_.refs.get(), references_.all.limit}, references_.all, set, width,
+      splitter_({references_.refs.data(), references_.all.limit}, references_.all, set, width,
                 std::max(kTaskRefsMin / step, references_.all.size() / kTaskShare), control,
                 config) {
   if (references_.all.size() == 0) return;
