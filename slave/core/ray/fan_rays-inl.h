@@ -45,6 +45,8 @@ struct FanRays : PacketRays {
   static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
   // With few wide rows all rays are tested; with many rows, those that a primitive may touch.
   static constexpr bool kCullsRows = kRows > 4;
+  // Where registers are narrow, what is done for each row weighs more.
+  static constexpr bool kHasManyRows = kRows > 8;
   static constexpr size_t kFans = 1;  // see twin_rays-inl.h
 
   static constexpr int kRaysLeast = 4;  // fewer are faster alone

@@ -53,6 +53,38 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// The edge functions of one of W triangles, at the rays of a row. Each number is put in all lanes
+// where it is used: wide registers are loaded so.
+template <int W>
+struct EdgesInPlace {
+  using V = FanRays::V;
+
+  HWY_INLINE V value(size_t c, V u, V v) const {
+    const auto part = [&](size_t k) HWY_ATTR { return set<V>(edges[c][k][lane]); };
+    return mul_add(u, part(0), mul_add(v, part(1), part(2)));
+  }
+
+  const float (*edges)[3][W];  // FanForms::edges
+  size_t lane;
+};
+
+// The same where there are many rows: each number is put in all lanes once for all of them.
+struct SpreadEdges {
+  using V = FanRays::V;
+
+  template <int W>
+  HWY_INLINE SpreadEdges(const float (*edges)[3][W], size_t lane) {
+    for (size_t c = 0; c < 3; ++c) {
+      for (size_t k = 0; k < 3; ++k) parts[c][k] = set<V>(edges[c][k][lane]);
+    }
+  }
+  HWY_INLINE V value(size_t c, V u, V v) const {
+    return mul_add(u, parts[c][0], mul_add(v, parts[c][1], parts[c][2]));
+  }
+
+  V parts[3][3];
+};
+
 // Rays: FanRays or TwinRays.
 template <int W, class Rays>
 class FanForms {
@@ -83,6 +115,13 @@ class FanForms {
   // Returns: the rows that may meet a triangle: all three edges let the row's best corner through,
   // and the row looks as far as the triangle.
   HWY_INLINE uint64_t rows_of(size_t lane) const;
+  HWY_INLINE auto edges_of(size_t lane) const {
+    if constexpr (FanRays::kHasManyRows) {
+      return SpreadEdges(edges, lane);
+    } else {
+      return EdgesInPlace<W>{edges, lane};
+    }
+  }
 
   // For each triangle:
   //   edges     edge functions over the lengths of the edges, with the tolerance added

@@ -82,8 +82,8 @@ class FanBlockOf {
     return mul_add(u, set<V>(form[0][lane]),
                    mul_add(v, set<V>(form[1][lane]), set<V>(form[2][lane])));
   }
-  template <bool kCareful>
-  HWY_INLINE Met test_row(size_t lane, size_t row) const;
+  template <bool kCareful, class Edges>
+  HWY_INLINE Met test_row(const Edges& edges, size_t lane, size_t row) const;
   template <bool kCareful, size_t kFirst>
   HWY_INLINE uint64_t test_rows_straight(const TriangleBlock<W>& block, size_t lane, bool& has_hit);
   HWY_INLINE uint64_t take(const TriangleBlock<W>& block, size_t lane, size_t row, const Met& met,
@@ -189,17 +189,21 @@ bool FanBlockOf<W, kAny, Rays>::test_unsure(const TriangleBlock<W>& block, size_
 
 // kCareful: the triangle's orientation is not sure, or it may lie before t_min.
 template <int W, bool kAny, class Rays>
-template <bool kCareful>
-typename FanBlockOf<W, kAny, Rays>::Met FanBlockOf<W, kAny, Rays>::test_row(size_t lane,
+template <bool kCareful, class Edges>
+typename FanBlockOf<W, kAny, Rays>::Met FanBlockOf<W, kAny, Rays>::test_row(const Edges& edges,
+                                                                            size_t lane,
                                                                             size_t row) const {
   TESSERA_COUNT(row_tests, 1);
   const size_t at = row * kLanes;
-  const auto edge = [&](int c) HWY_ATTR { return value(forms_.edges[c], lane, at); };
+  const auto edge = [&](size_t c) HWY_ATTR {
+    return edges.value(c, load<V>(fan().ray_u + at), load<V>(fan().ray_v + at));
+  };
   const V slack = set<V>(forms_.doubt[lane]), twice = set<V>(forms_.twice[lane]);
   const V e0 = edge(0), e1 = edge(1), e2 = edge(2);
   const V least = min(min(e0, e1), e2);
   const M is_inside = least >= 0;
-  if (kRows > 8 && !kCareful && is_none<V>(is_inside)) return {least, is_inside, is_inside};
+  if (FanRays::kHasManyRows && !kCareful && is_none<V>(is_inside))
+    return {least, is_inside, is_inside};
   const V near = value(forms_.nearness, lane, at);
   Met met{near, is_inside, least > twice};
   if (kCareful) {
@@ -241,7 +245,8 @@ template <bool kCareful, size_t kFirst>
 uint64_t FanBlockOf<W, kAny, Rays>::test_rows_straight(const TriangleBlock<W>& block, size_t lane,
                                                        bool& has_hit) {
   Met met[kFirst];
-  for (size_t row = 0; row < kFirst; ++row) met[row] = test_row<kCareful>(lane, row);
+  const auto edges = forms_.edges_of(lane);
+  for (size_t row = 0; row < kFirst; ++row) met[row] = test_row<kCareful>(edges, lane, row);
   M is_possible = met[0].is_possible, is_sure = met[0].is_sure;
   for (size_t row = 1; row < kFirst; ++row) {
     is_possible = is_possible || met[row].is_possible;
@@ -263,9 +268,10 @@ bool FanBlockOf<W, kAny, Rays>::test_rays(const TriangleBlock<W>& block, size_t 
   bool has_hit = false;
   if constexpr (Forms::kCullsRows) {
     int32_t slot = -1;
+    const auto edges = forms_.edges_of(lane);
     for (; rows != 0; rows &= rows - 1) {
       const auto row = static_cast<size_t>(__builtin_ctzll(rows));
-      const Met met = test_row<kCareful>(lane, row);
+      const Met met = test_row<kCareful>(edges, lane, row);
       if (is_none<V>(met.is_possible)) continue;
       const bool is_any_sure = !is_none<V>(met.is_sure);
       if (!kAny && is_any_sure && slot < 0) slot = winners_.add(block, lane);
