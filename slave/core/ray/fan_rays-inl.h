@@ -138,7 +138,7 @@ struct FanRays : PacketRays {
   static uint64_t valid_rays(const Fan& rays);
   bool setup_row(const Fan& rays, size_t row, size_t middle);
   bool setup_row(const ShadowFan& fan, size_t row);
-  void limit_row(size_t row, M is_valid, V per_depth, V t_max);
+  void limit_row(size_t row, M is_valid, V per_depth, V t_max, bool is_endless);
   void bound();
 
   V least_per_depth_;  // over valid rays, in each lane
@@ -201,15 +201,19 @@ HWY_INLINE bool FanRays::setup_row(const Fan& rays, size_t row, size_t middle) {
   store(u, ray_u + at);
   store(v, ray_v + at);
   store(set<VI>(-1), pending + at);
-  limit_row(row, is_valid, per_depth, load<V>(rays.t_max + at));
+  const V t_max = load<V>(rays.t_max + at);
+  // A division for each of many rows is saved, mostly; few rows are done before that is known.
+  const bool is_endless = kHasManyRows && is_none<V>(is_valid && t_max < __builtin_inff());
+  limit_row(row, is_valid, per_depth, t_max, is_endless);
   return true;
 }
 
-HWY_INLINE void FanRays::limit_row(size_t row, M is_valid, V per_depth, V t_max) {
+// is_endless: t_max of all valid rays is known to be infinite.
+HWY_INLINE void FanRays::limit_row(size_t row, M is_valid, V per_depth, V t_max, bool is_endless) {
   const size_t at = row * kLanes;
   const V infinity = set<V>(__builtin_inff());
   least_per_depth_ = min(least_per_depth_, select(is_valid, per_depth, infinity));
-  const V near = per_depth / abs(t_max);  // -0 is 0
+  const V near = is_endless ? set<V>(0) : per_depth / abs(t_max);  // -0 is 0
   const V least = min(near * (1 - kNearSlack) - kUnderflow, kNearMax);
   store(select(is_valid, least, infinity), low + at);
   store(select(is_valid, near * (1 + kNearSlack) + kUnderflow, infinity), high + at);
@@ -248,7 +252,7 @@ HWY_INLINE bool FanRays::setup_row(const ShadowFan& fan, size_t row) {
   if (!is_none<V>(and_not(is_within, is_valid))) return false;
   store(u, ray_u + at);
   store(v, ray_v + at);
-  limit_row(row, is_valid, per_depth, set<V>(fan.fans.t_max));
+  limit_row(row, is_valid, per_depth, set<V>(fan.fans.t_max), false);
   return true;
 }
 
