@@ -53,6 +53,10 @@ class FanWinners {
   };
   HWY_NOINLINE void settle_one(size_t ray);
   HWY_INLINE void settle_row(size_t at, M rays, const RowPlanes& planes);
+  // Finds t of the rays of the row that begins at `at`, from the planes of the table: for each
+  // triangle in turn, or for all of four rays at once.
+  HWY_INLINE void settle_by_triangle(size_t at);
+  HWY_INLINE void settle_four(size_t at);
   HWY_NOINLINE void drop_unused();
 
   FanRays& fan_;
@@ -143,20 +147,61 @@ void FanWinners<W>::settle_all() {
   }
 #endif
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const VI slots = load<VI>(fan_.pending + at);
-    uint32_t left = bits_of<VI>(slots > -1);
-    while (left != 0) {
-      const auto slot =
-          static_cast<size_t>(fan_.pending[at + static_cast<size_t>(__builtin_ctz(left))]);
-      Plane plane;
-      for (size_t k = 0; k < 3; ++k) plane.normal[k] = planes_.normal[k][slot];
-      const M rays = mask_as<V>(slots == static_cast<int32_t>(slot));
-      settle_row(at, rays,
-                 {speed_of(fan_, plane, at), set<V>(planes_.distance[slot]),
-                  set<V>(planes_.steepness[slot])});
-      left &= ~bits_of<V>(rays);
+    if constexpr (kLanes == 4) {
+      settle_four(at);
+    } else {
+      settle_by_triangle(at);
     }
   }
+}
+
+template <int W>
+void FanWinners<W>::settle_by_triangle(size_t at) {
+  const VI slots = load<VI>(fan_.pending + at);
+  uint32_t left = bits_of<VI>(slots > -1);
+  while (left != 0) {
+    const auto slot =
+        static_cast<size_t>(fan_.pending[at + static_cast<size_t>(__builtin_ctz(left))]);
+    Plane plane;
+    for (size_t k = 0; k < 3; ++k) plane.normal[k] = planes_.normal[k][slot];
+    const M rays = mask_as<V>(slots == static_cast<int32_t>(slot));
+    settle_row(at, rays,
+               {speed_of(fan_, plane, at), set<V>(planes_.distance[slot]),
+                set<V>(planes_.steepness[slot])});
+    left &= ~bits_of<V>(rays);
+  }
+}
+
+// Registers are put together from numbers that were loaded one by one: what loads numbers together
+// after they were stored one by one has to wait for them.
+template <int W>
+void FanWinners<W>::settle_four(size_t at) {
+  using Four = float __attribute__((vector_size(16)));
+  using Two = double __attribute__((vector_size(16)));
+  const M rays = mask_as<V>(load<VI>(fan_.pending + at) > -1);
+  if (is_none<V>(rays)) return;
+  size_t slot[4];  // that of another triangle for a ray that has none
+  for (size_t i = 0; i < 4; ++i) slot[i] = static_cast<size_t>(max_of(fan_.pending[at + i], 0));
+  const auto speed = [&](size_t first) HWY_ATTR {
+    const auto along = [&](size_t axis) HWY_ATTR {
+      const double* const normal = planes_.normal[axis];
+      const float* const d = fan_.direction[axis] + at + first;
+      return Two{static_cast<double>(d[0]), static_cast<double>(d[1])} *
+             Two{normal[slot[first]], normal[slot[first + 1]]};
+    };
+    return along(0) + along(1) + along(2);
+  };
+  const auto all = [&](const float* table) HWY_ATTR {
+    return Four{table[slot[0]], table[slot[1]], table[slot[2]], table[slot[3]]};
+  };
+  const Two low = speed(0), high = speed(2);
+  const Four four[3] = {{static_cast<float>(low[0]), static_cast<float>(low[1]),
+                         static_cast<float>(high[0]), static_cast<float>(high[1])},
+                        all(planes_.distance),
+                        all(planes_.steepness)};
+  alignas(16) float numbers[3][4];
+  __builtin_memcpy(numbers, four, sizeof numbers);
+  settle_row(at, rays, {load<V>(numbers[0]), load<V>(numbers[1]), load<V>(numbers[2])});
 }
 
 // Drops triangles that no ray has as its best hit any more.
