@@ -370,8 +370,11 @@ HWY_INLINE void FanRays::shorten() {
   } else {
     fold_rows<kRows>(
         D(), [&](size_t r) { return load<V>(low + r * kLanes); }, least, row_low);
-    lowest = row_low[0];
-    for (size_t r = 1; r < kRows; ++r) lowest = min_of(lowest, row_low[r]);
+    using Four = FloatsOf<4>;
+    Four rows = load<Four>(row_low);
+    for (size_t r = kLanesOf<Four>; r < kRows; r += kLanesOf<Four>)
+      rows = min(rows, load<Four>(row_low + r));
+    lowest = least_lane(rows);
   }
   if (lowest > 0)
     z_far = lowest < __builtin_inff() ? 1 / lowest * (1 + kTimeSlack) : -__builtin_inff();
