@@ -73,7 +73,8 @@ struct FanRays : PacketRays {
   HWY_INLINE void settle_rays(size_t at, M rays, V t);
   // Finds z_far and row_low; must be called after hits.
   HWY_INLINE void shorten();
-  // Bounds the rays that still look for something.
+  // Bounds the rays that still look for something; kAll: all of them do.
+  template <bool kAll = false>
   HWY_INLINE void narrow();
   // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const;
@@ -279,7 +280,7 @@ HWY_INLINE void FanRays::bound() {
     fold_rows<kRows>(D(), v, least, row_v[0]);
     fold_rows<kRows>(D(), v, greatest, row_v[1]);
   }
-  narrow();
+  narrow<kHasManyRows>();  // rays that are not valid go where one does that is
   widest[0] = max_of(-slope_u[0], slope_u[1]);
   widest[1] = max_of(-slope_v[0], slope_v[1]);
   steepness = 1 + widest[0] + widest[1];
@@ -288,6 +289,7 @@ HWY_INLINE void FanRays::bound() {
   nearest_min = least_lane(least_per_depth_) / t_min * (1 - kNearSlack) - kUnderflow;
 }
 
+template <bool kAll>
 HWY_INLINE void FanRays::narrow() {
   V least[4], most[4];
   for (size_t k = 0; k < 4; ++k) {
@@ -299,8 +301,9 @@ HWY_INLINE void FanRays::narrow() {
     const V u = load<V>(ray_u + at), v = load<V>(ray_v + at);
     const V all[4] = {u, v, u + v, u - v};
     for (size_t k = 0; k < 4; ++k) {
-      least[k] = select(looks, min(least[k], all[k]), least[k]);
-      most[k] = select(looks, max(most[k], all[k]), most[k]);
+      const V low_of = min(least[k], all[k]), high_of = max(most[k], all[k]);
+      least[k] = kAll ? low_of : select(looks, low_of, least[k]);
+      most[k] = kAll ? high_of : select(looks, high_of, most[k]);
     }
   }
   alignas(16) float from[4], to[4];
