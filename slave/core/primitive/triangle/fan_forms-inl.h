@@ -108,8 +108,10 @@ class FanForms {
     uint32_t met = 0, unsure = 0, close = 0;
   };
   // Makes the forms of the triangles from lane `first` on. keep: those that are not culled yet.
-  HWY_INLINE Kept look_at(const TriangleBlock<W>& block, size_t first, const Corners<VB>& p,
-                          MB keep);
+  // planes: those of the fan, or the fan itself.
+  template <class Planes>
+  HWY_INLINE Kept look_at(const Planes& planes, const TriangleBlock<W>& block, size_t first,
+                          const Corners<VB>& p, MB keep);
   // Reverses the edge functions of a triangle.
   void turn(size_t lane);
   // Returns: the rows that may meet a triangle: all three edges let the row's best corner through,
@@ -182,7 +184,9 @@ typename FanForms<W, Rays>::MB FanForms<W, Rays>::set_nearness(const TriangleBlo
 }
 
 template <int W, class Rays>
-typename FanForms<W, Rays>::Kept FanForms<W, Rays>::look_at(const TriangleBlock<W>& block,
+template <class Planes>
+typename FanForms<W, Rays>::Kept FanForms<W, Rays>::look_at(const Planes& planes,
+                                                            const TriangleBlock<W>& block,
                                                             size_t first, const Corners<VB>& p,
                                                             MB keep) {
   MB is_close;
@@ -218,8 +222,8 @@ typename FanForms<W, Rays>::Kept FanForms<W, Rays>::look_at(const TriangleBlock<
     const VB nx = turned(edge[c][0]), ny = turned(edge[c][1]);
     const VB nz = turned(edge[c][2]) + tolerance;
     // The largest value of the edge function at a corner of the packet.
-    const VB across = max(nx * fan_.slope_u[0], nx * fan_.slope_u[1]);
-    const VB up = max(ny * fan_.slope_v[0], ny * fan_.slope_v[1]);
+    const VB across = max(nx * planes.slope_u[0], nx * planes.slope_u[1]);
+    const VB up = max(ny * planes.slope_v[0], ny * planes.slope_v[1]);
     keep = keep && (is_unsure || across + up + nz >= 0);
     store(nx, edges[c][0] + first);
     store(ny, edges[c][1] + first);

@@ -69,7 +69,7 @@ bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
   bool has_hit = false;
   for (size_t first = 0; first < W; first += kStep) {
     const Corners<VB> p = Tests::corners(rays_, block, first);
-    uint32_t bits = bits_of<VB>(Tests::triangles(rays_, p));
+    uint32_t bits = bits_of<VB>(Tests::triangles(rays_, rays_, p));
     if (bits == 0) continue;
     for (int c = 0; c < 3; ++c) {
       store(p.x[c], x_[c] + first);

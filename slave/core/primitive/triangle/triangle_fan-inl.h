@@ -57,6 +57,7 @@ class FanBlockOf {
   HWY_INLINE void prepare() {
     forms_.prepare();
     winners_.clear();
+    planes_.spread(rays_);
   }
 
   // Returns: whether some ray has a new best hit.
@@ -124,24 +125,35 @@ class FanBlockOf {
     return has_hit;
   }
 
+  // Planes of fans that look for any hit are narrowed on the way.
+  static constexpr bool kSpreadsPlanes = !kAny && FanRays::kHasManyRows;
+  HWY_INLINE const auto& planes() const {
+    if constexpr (kSpreadsPlanes) {
+      return planes_;
+    } else {
+      return rays_;
+    }
+  }
+
   Rays& rays_;
   FanRays* fan_at_;  // see fan()
   Forms forms_;      // of the block that is being tested
   FanWinners<W> winners_;
+  [[no_unique_address]] PlanesOf<VB, kSpreadsPlanes> planes_;
 };
 
 template <int W, bool kAny, class Rays>
 typename FanForms<W, Rays>::Kept FanBlockOf<W, kAny, Rays>::cull(const TriangleBlock<W>& block,
                                                                  size_t first) {
   const Corners<VB> p = Tests::corners(rays_, block, first);
-  MB keep = Tests::triangles(rays_, p);
+  MB keep = Tests::triangles(rays_, planes(), p);
   if (kAny) {
     using VN = IntOf<VB>;
     const auto number = load<VN>(reinterpret_cast<const int32_t*>(block.primitive) + first);
     keep = keep && mask_as<VB>(number != rays_.excluded);
   }
   if (is_none<VB>(keep)) return {};
-  return forms_.look_at(block, first, p, keep);
+  return forms_.look_at(planes(), block, first, p, keep);
 }
 
 template <int W, bool kAny, class Rays>
