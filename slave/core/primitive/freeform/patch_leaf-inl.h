@@ -96,6 +96,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch* patches, const SubP
         has_hit |= ask_all(patches[span->patch], *span, possible);
       return has_hit;
     }
+    if (is_left_to_solver(patch, part)) return ask_all(patch, part, possible);
     Candidates rays;
     gather(possible, rays);
     if (patch.is_rational) {
@@ -293,6 +294,11 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
       const SubPatch& part = shapes_.parts[item ^ kIsItem];
       const Patch& patch = shapes_.patches[part.patch];
       if (kAny && leaf.item_.ray().has_hit()) return;
+      if (PatchPairs::is_to_be_solved(patch, part)) {
+        put_question(leaf.item_, patch, part);
+        if (asked_count_ >= kWorthAsking) ask();
+        return;
+      }
       if (!PatchPairs::takes(patch, part)) return leaf.item_.ask(shapes_, item ^ kIsItem);
       pairs_.put(count_, leaf.item_.ray(), patch, part);
       ++leaf.item_.waiting;
@@ -311,6 +317,11 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
    private:
     static constexpr int kWorthAsking = 16;
 
+    HWY_INLINE void put_question(Test& test, const Patch& patch, const SubPatch& part) {
+      ++test.waiting;
+      asked_[asked_count_] = &test;
+      questions_[asked_count_++] = test.question(patch, part);
+    }
     HWY_NOINLINE void decide();
     HWY_NOINLINE void ask();
 
@@ -345,9 +356,7 @@ void PatchRayLeaf<W, kAny>::Settling::decide() {
   for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1) {
     const int i = __builtin_ctz(open);
     if (kAny && test_[i]->ray().has_hit()) continue;
-    ++test_[i]->waiting;
-    asked_[asked_count_] = test_[i];
-    questions_[asked_count_++] = test_[i]->question(shapes_.patches[part_[i]->patch], *part_[i]);
+    put_question(*test_[i], shapes_.patches[part_[i]->patch], *part_[i]);
   }
   if (asked_count_ >= kWorthAsking) ask();
 }

@@ -49,6 +49,11 @@ class PatchPairs {
            !is_border_span(part);
   }
 
+  // Whether rays are left to the complete solver at once.
+  static HWY_INLINE bool is_to_be_solved(const Patch& patch, const SubPatch& part) {
+    return part.has_frame && !is_border_span(part) && is_left_to_solver(patch, part);
+  }
+
   // The ray, the patch and the sub-patch have to stay until decide(). Requires: takes().
   HWY_INLINE void put(int lane, const OneRay& ray, const Patch& patch, const SubPatch& part) {
     static_assert(offsetof(SubPatch, second) == (kPartNumbers - 9) * sizeof(float));

@@ -71,6 +71,19 @@ inline constexpr double kPatchNarrowingMax = 4;     // r above which no narrower
 inline constexpr double kPatchShrink = 0.75;        // of the area, for a narrower box to be tried
 inline constexpr double kPatchLeastHalf = 0x1p-22;  // of a box: within kSquareWiden
 
+// Second derivatives of a sub-patch, weighted as B_k of the whole square is (step 2), from which on
+// the decision is not asked: it would leave nine of ten rays undecided.
+inline constexpr float kPatchBendMax = 4;
+
+// Whether rays are left to the complete solver without a decision: sub-patches that bend much, of
+// degrees for which it is fast. Requires: it has a frame, and is no span of a widened border.
+TESSERA_INLINE bool is_left_to_solver(const Patch& patch, const SubPatch& part) {
+  if (patch.degree_u > 3 || patch.degree_v > 3) return false;
+  const float bend_x = part.second[0][0] + 2 * part.second[1][0] + part.second[2][0];
+  const float bend_y = part.second[0][1] + 2 * part.second[1][1] + part.second[2][1];
+  return bend_x > kPatchBendMax || bend_y > kPatchBendMax;
+}
+
 template <class T>
 struct PatchDecision {
   MaskOf<T> is_undecided, is_hit;

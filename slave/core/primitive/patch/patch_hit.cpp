@@ -23,7 +23,7 @@ PatchHit patch_hit(const Patch& patch, const SubPatch& part, const PatchRay& ray
                    CompleteSolver& solver, PatchWay* way) {
   if (way != nullptr) *way = PatchWay::kDecision;
   if (!is_ray(ray)) return {};
-  if (part.has_frame) {
+  if (part.has_frame && !plain::is_left_to_solver(patch, part)) {
     const PatchDecision decision = decide(patch, part, ray);
     if (!decision.is_undecided) {
       const bool is_hit =
