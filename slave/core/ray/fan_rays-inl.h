@@ -6,8 +6,7 @@
 //
 // The best hit of a ray is known by its nearness 1/z, which is linear in u and v over a plane. It
 // is kept as an interval that holds the nearness of t as it will be reported. Planar primitives
-// compare intervals, and t itself is computed once, for what is nearest in the end (`pending`), or
-// where two intervals overlap.
+// compare intervals; t is computed for the nearest in the end (`pending`) or where they overlap.
 //
 // Threads. One traversal owns one.
 #include "slave/core/ray/packet_layout.h"
@@ -373,16 +372,19 @@ HWY_INLINE void FanRays::shorten() {
   } else {
     fold_rows<kRows>(
         D(), [&](size_t r) { return load<V>(low + r * kLanes); }, least, row_low);
-    using Four = FloatsOf<4>;
-    Four rows = load<Four>(row_low);
-    for (size_t r = kLanesOf<Four>; r < kRows; r += kLanesOf<Four>)
-      rows = min(rows, load<Four>(row_low + r));
-    lowest = least_lane(rows);
+    lowest = row_low[0];
+    for (size_t r = 1; r < kRows && !kHasManyRows; ++r) lowest = min_of(lowest, row_low[r]);
+    if constexpr (kHasManyRows) {
+      using Four = FloatsOf<4>;
+      Four rows = load<Four>(row_low);
+      for (size_t r = kLanesOf<Four>; r < kRows; r += kLanesOf<Four>)
+        rows = min(rows, load<Four>(row_low + r));
+      lowest = least_lane(rows);
+    }
   }
+  z_far = __builtin_inff();
   if (lowest > 0)
     z_far = lowest < __builtin_inff() ? 1 / lowest * (1 + kTimeSlack) : -__builtin_inff();
-  else
-    z_far = __builtin_inff();
 }
 
 HWY_INLINE FanRays::V FanRays::farthest(size_t at) const {
