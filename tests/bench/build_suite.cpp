@@ -102,6 +102,9 @@ std::vector<Row> rows_of(const Input& input, const CoreSuiteOptions& options) {
                       !is_high});
     }
   }
+  std::erase_if(rows, [&options](const Row& row) {
+    return !row.is_reference && row.name.find(options.only) == std::string::npos;
+  });
   return rows;
 }
 
