@@ -12,8 +12,8 @@ namespace tessera {
 namespace {
 
 std::align_val_t alignment_of(std::size_t bytes, std::size_t alignment) {
-  return std::align_val_t{bytes < kLargeArrayBytes ? alignment
-                                                   : std::max(alignment, kLargePageBytes)};
+  return std::align_val_t{bytes < kLargePagesFromBytes ? alignment
+                                                       : std::max(alignment, kLargePageBytes)};
 }
 
 }  // namespace
@@ -22,7 +22,7 @@ void* take_array(std::size_t bytes, std::size_t alignment) {
   void* const array = ::operator new(bytes, alignment_of(bytes, alignment));
 #if defined(__linux__)
   // A wish: where it is not granted, pages are small.
-  if (bytes >= kLargeArrayBytes) (void)::madvise(array, bytes, MADV_HUGEPAGE);
+  if (bytes >= kLargePagesFromBytes) (void)::madvise(array, bytes, MADV_HUGEPAGE);
 #endif
   return array;
 }

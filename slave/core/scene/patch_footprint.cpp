@@ -19,8 +19,8 @@ constexpr double kErrors = 2;  // standard errors that come on top of a mean
 // Of a copy's sub-patch: its record, its box twice, the builder's references, binary tree and wide
 // nodes, once in fragments and once joined. Before these are there, a surface that stands once has
 // its sub-patches twice, which is less. Borders are long, so that their boxes fill nodes less well,
-// and are known as spans, too. A fifteenth is for what the heaps of threads keep: up to a tenth more
-// than usual was seen where others used the processors.
+// and are known as spans, too. A fifteenth is for what the heaps of threads keep: up to a tenth
+// more than usual was seen where others used the processors.
 constexpr double kBytesPerPart = 540, kBytesPerTrimmedPart = 565;
 constexpr double kBytesPerPatch = sizeof(Patch) + 120;  // beside its numbers
 // Of what decides trims, while that is made and nothing else of the surface is there yet: arrays

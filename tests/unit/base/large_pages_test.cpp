@@ -35,21 +35,21 @@ std::optional<bool> is_on_large_pages(const void* array) {
 }
 
 TEST(LargePages, ArraysFromTheBoundOnAndNoSmallerOnes) {
-  void* const small = take_array(kLargeArrayBytes - 1, 64);
-  void* const large = take_array(kLargeArrayBytes, 64);
+  void* const small = take_array(kLargePagesFromBytes - 1, 64);
+  void* const large = take_array(kLargePagesFromBytes, 64);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(small) % 64, 0u);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(large) % kLargePageBytes, 0u);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_FALSE(is_on_large_pages(small).value_or(false));
   EXPECT_TRUE(is_on_large_pages(large).value_or(true));
 #endif
-  give_array_back(small, kLargeArrayBytes - 1, 64);
-  give_array_back(large, kLargeArrayBytes, 64);
+  give_array_back(small, kLargePagesFromBytes - 1, 64);
+  give_array_back(large, kLargePagesFromBytes, 64);
 }
 
 TEST(LargePages, ArraysThatGrowPastTheBoundKeepWhatTheyHold) {
   std::vector<std::uint64_t, UninitializedAllocator<std::uint64_t>> numbers;
-  const std::uint64_t count = kLargeArrayBytes / sizeof(std::uint64_t) + 1000;
+  const std::uint64_t count = kLargePagesFromBytes / sizeof(std::uint64_t) + 1000;
   for (std::uint64_t i = 0; i < count; ++i) numbers.push_back(i);
   for (std::uint64_t i = 0; i < count; ++i) ASSERT_EQ(numbers[i], i);
 }
