@@ -28,7 +28,8 @@ void* take_array(std::size_t bytes, std::size_t alignment) {
 }
 
 void give_array_back(void* array, std::size_t bytes, std::size_t alignment) noexcept {
-  ::operator delete(array, bytes, alignment_of(bytes, alignment));
+  // Without its size: clang has no sized deallocation unless asked.
+  ::operator delete(array, alignment_of(bytes, alignment));
 }
 
 }  // namespace tessera
