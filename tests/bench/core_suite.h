@@ -23,6 +23,7 @@ struct CoreSuiteOptions {
   bool with_all_peers = false;     // Embree's build "high" and its robust flag, too
   bool with_methods = false;       // patch: the methods for patches, and no triangles
   bool with_sizes = false;         // fans of 8 to 128 rays; builds of a part of a scene
+  bool keeps_memory = false;       // builds in memory that the process has touched before
   int repeats = 5;
   bool is_quick = false;
 };

@@ -152,6 +152,8 @@ void add_flags(CLI::App& app, tessera::bench::CoreSuiteOptions& options) {
                "patch: the methods that frames may ask for and their variants, beside each other");
   app.add_flag("--sizes", options.with_sizes,
                "core: fans of 8 to 128 rays, too; build: a part of the triangles, too");
+  app.add_flag("--keep-memory", options.keeps_memory,
+               "build: the heap keeps what is freed, so that no build touches memory first");
   app.add_option("--size", options.size_px,
                  "core: pixels along a side of the picture, a multiple of 32")
       ->check(CLI::Range(32, 8192))

@@ -10,6 +10,7 @@
 #include "slave/core/accel/bvh_reinsertion.h"
 #include "slave/core/accel/range_splitter.h"
 #include "slave/core/accel/run_tasks.h"
+#include "slave/core/accel/task_crew.h"
 #include "slave/core/accel/tree_top.h"
 
 namespace tessera::core {
@@ -136,6 +137,7 @@ template <int W>
 Result<Bvh<W>> build_bvh(const PrimitiveSet& set, const BuildControl& control,
                          const BvhBuildConfig& config) {
   try {
+    const TaskCrew crew;
     return build<W>(set, control, config);
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("no memory for the spatial index of " +

@@ -14,6 +14,7 @@
 #include "slave/core/accel/grid_sort.h"
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
+#include "slave/core/accel/task_crew.h"
 
 namespace tessera::core {
 namespace {
@@ -194,6 +195,7 @@ template <int W>
 Result<Bvh<W>> build_bvh_fast(const PrimitiveSet& set, const BuildControl& control) {
   TESSERA_CHECK_GE(set.alone_from, set.boxes.size());
   try {
+    const TaskCrew crew;
     return build<W>(set, control);
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("no memory for the spatial index of " +

@@ -13,6 +13,7 @@
 #include "slave/core/accel/kd_voxel.h"
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_split.h"
+#include "slave/core/accel/task_crew.h"
 
 namespace tessera::core {
 namespace {
@@ -208,6 +209,7 @@ KdBuildConfig quality_build(const PrimitiveClipper& clipper) {
 Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const BuildControl& control,
                              const KdBuildConfig& config) {
   try {
+    const TaskCrew crew;
     return build(boxes, control, config);
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("no memory for the spatial index of " +

@@ -10,6 +10,7 @@
 
 #include "common/base/work_gate.h"
 #include "slave/core/accel/run_tasks.h"
+#include "slave/core/accel/task_crew.h"
 
 namespace tessera::core {
 namespace {
@@ -157,6 +158,7 @@ class IndexMaker {
 template <int W>
 Result<KdIndex<W>> build_kd_index(const PrimitiveSet& set, const BuildControl& control,
                                   const KdBuildConfig& config) {
+  const TaskCrew crew;
   const Result<KdTree> tree = build_kd_tree(set.boxes, control, config);
   if (!tree.is_ok()) return tree.status();
   try {
