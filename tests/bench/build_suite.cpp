@@ -43,7 +43,6 @@ struct Row {
 // What a first touch of memory costs is the system's affair, and on virtual machines differs from
 // one second to the next.
 void keep_memory() {
-  (void)mallopt(M_ARENA_MAX, 1);
   (void)mallopt(M_MMAP_MAX, 0);
   (void)mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 }
