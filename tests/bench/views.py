@@ -133,6 +133,23 @@ def build_table(runs, _):
     return ["CPU time, Embree's to ours"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
 
 
+def build_threads_table(runs, _):
+    """Shows, of the suite "build", the speed of as many threads as there are over that of one, by wall clock.
+
+    The runs may be of different structures."""
+    scenes = [scene["scene"] for scene in runs[0]["build"]]
+    rows = {}
+    for run in runs:
+        for scene in run["build"]:
+            seconds = {(build["name"], build["threads"]): build["wall_seconds"] for build in scene["builds"]}
+            most = max(threads for _name, threads in seconds)
+            for name, threads in seconds:
+                if threads == most:
+                    ratio = seconds[name, 1] / seconds[name, most]
+                    rows.setdefault(f"{name}, {most} threads", {}).setdefault(scene["scene"], []).append(ratio)
+    return ["speed to one thread's"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
+
+
 def fans_table(runs, kind):
     """Shows fans of each size through the usual hierarchy, as a multiple of the smallest, with Mrays per CPU-second.
 
@@ -248,7 +265,7 @@ VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
     for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("beside", beside_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table),
-                        ("build-times", build_times_table),
+                        ("build-times", build_times_table), ("build-threads", build_threads_table),
                         ("update", update_table)):
         if name == suite and suite.partition("-")[0] in runs[0]:
             return table(runs, rest)
