@@ -6,18 +6,20 @@ import peer
 from stage import wait_until
 
 
-def fake_in_frame(stage, report, frames=8):
-    """Starts two honest slaves, an animation, and a slave by hand that gets a lease. Returns: it, and the lease."""
+def fake_in_frame(stage, report, frames=12):
+    """Starts two honest slaves, an animation, and a slave by hand that gets a lease. Returns: it, and the lease.
+
+    The lease comes last, so that it can be answered at once: a while later the others have rendered its tile, too, and
+    what comes for a frame that is over is dropped unread."""
     stage.cluster_of(2)
     fake = peer.HandSlave(stage, "fake")
     stage.clean.callback(fake.close)
     stage.animate(frames=frames)
-    fake.build()
-    lease = fake.lease()
-    stage.bounds()
     stage.wait_for_tiles("slave-1")
+    stage.bounds()
     stage.now()
-    return fake, lease
+    fake.build()
+    return fake, fake.lease()
 
 
 def expelled(stage, report, fake, sent, event="slave-lost"):
