@@ -160,10 +160,8 @@ void run_once(Row& row, std::size_t cpu, bool is_to_warm_up) {
   const Build build = row.build(row.threads);
   row.megabytes = build.megabytes;
   if (is_to_warm_up) return;
-  row.wall_seconds.resize(std::max(row.wall_seconds.size(), cpu + 1));
-  row.cpu_seconds.resize(row.wall_seconds.size());
-  row.wall_seconds[cpu].push_back(build.wall_seconds);
-  row.cpu_seconds[cpu].push_back(build.cpu_seconds);
+  add_run(row.wall_seconds, cpu, build.wall_seconds);
+  add_run(row.cpu_seconds, cpu, build.cpu_seconds);
 }
 
 std::string run_input(const std::string& name, const Input& input,
@@ -176,7 +174,8 @@ std::string run_input(const std::string& name, const Input& input,
       if (row.threads > 1 || repeat < 0) {
         run_once(row, 0, repeat < 0);
       } else {
-        turns.on_each([&](std::size_t cpu) { run_once(row, cpu, false); });
+        for (std::size_t cpu = 0; cpu < turns.count(); ++cpu)
+          turns.on(cpu, [&] { run_once(row, cpu, false); });
       }
     }
   }

@@ -15,6 +15,7 @@
 #include "slave/core/simd/counts_layout.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/cost_fit.h"
+#include "tests/bench/cpu_turns.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/workload.h"
 #include "tests/support/test_meshes.h"
@@ -24,7 +25,7 @@ namespace {
 
 struct Row {
   const Contender* contender = nullptr;
-  std::vector<double> cpu_seconds{};                          // of one thread
+  std::vector<std::vector<double>> cpu_seconds{};             // of one thread, by processor
   std::vector<double> all_cpu_seconds{}, all_wall_seconds{};  // with all threads
   std::uint64_t hits = 0, different = 0;                      // from the first row's primitives
   double sum_t = 0;
@@ -89,14 +90,18 @@ void trace_block(Row& row, const RayBlock& rays, BlockHits& hits) {
 std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int repeats) {
   std::vector<FirstHit> first;
   std::vector<BlockHits> hits(work.blocks.size());
+  const CpuTurns turns;
   for (int repeat = -1; repeat < repeats; ++repeat) {
     for (Row& row : rows) {
       row.counts = {};
-      const double start = thread_cpu_seconds();
-      for (std::size_t b = 0; b < work.blocks.size(); ++b)
-        trace_block(row, work.blocks[b], hits[b]);
-      const double seconds = thread_cpu_seconds() - start;
-      if (repeat >= 0) row.cpu_seconds.push_back(seconds);
+      // The warm-up has the first turn, too.
+      const std::size_t cpu = static_cast<std::size_t>(std::max(repeat, 0)) % turns.count();
+      turns.on(cpu, [&] {
+        const double start = thread_cpu_seconds();
+        for (std::size_t b = 0; b < work.blocks.size(); ++b)
+          trace_block(row, work.blocks[b], hits[b]);
+        if (repeat >= 0) add_run(row.cpu_seconds, cpu, thread_cpu_seconds() - start);
+      });
       if (repeat < 0) compare(row, work, hits, first);
       if (repeat >= 0 && available_cpu_count() > 1) time_all_threads(row, work, hits);
     }
@@ -106,7 +111,7 @@ std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int 
 
 std::string report(const Workload& work, const std::vector<Row>& rows) {
   const auto rate = [&](const Row& row) {
-    return 1e-6 * static_cast<double>(work.ray_count) / median(row.cpu_seconds);
+    return 1e-6 * static_cast<double>(work.ray_count) / seconds_at_mean_speed(row.cpu_seconds);
   };
   double best_peer = 0;
   for (const Row& row : rows) {
@@ -121,8 +126,9 @@ std::string report(const Workload& work, const std::vector<Row>& rows) {
     const double all_rate =
         has_all ? 1e-6 * static_cast<double>(work.ray_count) / median(row.all_wall_seconds)
                 : std::nan("");
-    const double to_one =
-        has_all ? median(row.cpu_seconds) / median(row.all_cpu_seconds) : std::nan("");
+    const double to_one = has_all
+                              ? seconds_at_mean_speed(row.cpu_seconds) / median(row.all_cpu_seconds)
+                              : std::nan("");
     std::printf("  %-22s %12.2f %10.2f %10.2f %10.2f %10llu %10llu %16.9g\n",
                 row.contender->name.c_str(), rate(row),
                 best_peer > 0 ? rate(row) / best_peer : std::nan(""), all_rate, to_one,

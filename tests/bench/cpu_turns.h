@@ -29,17 +29,15 @@ class CpuTurns {
 
   std::size_t count() const { return cpus_.size(); }
 
-  // Calls work(i) on each processor, the i-th of count(). Where the system refuses the mask, the
-  // work runs wherever it puts it.
+  // Calls work() on the i-th processor of count(). Where the system refuses the mask, the work runs
+  // wherever it puts it.
   template <typename Work>
-  void on_each(const Work& work) const {
-    for (std::size_t i = 0; i < cpus_.size(); ++i) {
-      cpu_set_t one;
-      CPU_ZERO(&one);
-      CPU_SET(static_cast<std::size_t>(cpus_[i]), &one);
-      if (has_mask_) (void)sched_setaffinity(0, sizeof(one), &one);
-      work(i);
-    }
+  void on(std::size_t i, const Work& work) const {
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(static_cast<std::size_t>(cpus_[i]), &one);
+    if (has_mask_) (void)sched_setaffinity(0, sizeof(one), &one);
+    work();
     if (has_mask_) (void)sched_setaffinity(0, sizeof(mask_), &mask_);
   }
 
@@ -55,9 +53,15 @@ inline double seconds_at_mean_speed(std::vector<std::vector<double>> seconds) {
   double speed = 0;
   for (std::vector<double>& runs : seconds) {
     std::sort(runs.begin(), runs.end());
-    speed += 1 / runs[runs.size() / 2];
+    speed += 2 / (runs[runs.size() / 2] + runs[(runs.size() - 1) / 2]);
   }
   return static_cast<double>(seconds.size()) / speed;
+}
+
+// Appends a run of the i-th processor, which has had none or follows the last that had one.
+inline void add_run(std::vector<std::vector<double>>& seconds, std::size_t i, double run) {
+  seconds.resize(std::max(seconds.size(), i + 1));
+  seconds[i].push_back(run);
 }
 
 }  // namespace tessera::bench
