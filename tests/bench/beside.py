@@ -84,7 +84,7 @@ def render(scene, frames, extra):
             tiles.setdefault(args["frame"], []).append(span)
         elif event["pid"] == MASTER_PROCESS:
             ends[args["frame"]] = span[1]
-        else:
+        elif "built_primitives" in args:  # what came in by then is a row of its own, of the same version
             builds[args["scene_version"]] = span
     steady = sorted(ends)[WARM_UP:-WARM_UP]
     return [ends[f] for f in steady], [tiles[f] for f in steady], [builds[v] for v in sorted(builds)[WARM_UP:-WARM_UP]]
