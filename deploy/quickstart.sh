@@ -42,6 +42,7 @@ if ! flock -n 9; then
   exit 1
 fi
 
+rm -f "$out/master.log"
 pids=()
 names=()
 cleanup() {
@@ -92,7 +93,21 @@ attend() {
   return "$code"
 }
 
+# Ctrl-C reaches every process of this group. Bash may lose its own signal where it has just waited
+# for a program, and then sees a master that is gone; only Ctrl-C makes ours take its leave.
+leave_if_interrupted() {
+  local i
+  if ((${#pids[@]} > 0)) && ! is_taken "$port"; then
+    for ((i = 0; i < 50; ++i)); do  # it writes its last line after it has closed its port
+      if ! kill -0 "${pids[0]}" 2>/dev/null; then break; fi
+      sleep 0.1
+    done
+  fi
+  if grep -qs ' ending: ' "$out/master.log"; then exit 130; fi
+}
+
 give_up() {  # prints a message and the last lines of a log, and exits
+  leave_if_interrupted
   echo "quickstart.sh: $1" >&2
   if [[ -n ${2:-} && -s $2 ]]; then tail -n 5 "$2" | sed "s|^|  ${2##*/}: |" >&2; fi
   exit 1
@@ -129,6 +144,7 @@ start_master() {
       if ! kill -0 "${pids[-1]}" 2>/dev/null; then break; fi
       sleep 0.1
     done
+    leave_if_interrupted
     kill "${pids[-1]}" 2>/dev/null || true
     wait "${pids[-1]}" 2>/dev/null || true
     forget "${pids[-1]}"
@@ -146,8 +162,7 @@ echo "master on 127.0.0.1:$port, slaves slave-1 and slave-2 with $threads thread
 
 for ((i = 0; ; ++i)); do
   status || true
-  count=$(grep -o '"tile_port"' "$out/status.json" | wc -l || true)
-  if ((count == 2)); then break; fi
+  if grep -qz '"tile_port".*"tile_port"' "$out/status.json"; then break; fi
   for j in "${!pids[@]}"; do
     if ! kill -0 "${pids[j]}" 2>/dev/null; then give_up "${names[j]} ended" "$out/${names[j]}.log"; fi
   done

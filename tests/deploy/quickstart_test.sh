@@ -49,6 +49,19 @@ for presses in 1 2; do
   [[ -z $(left) ]] || fail "after $presses Ctrl-C processes are left: $(left)"
 done
 
+# Bash may lose a Ctrl-C that its programs see: the master says goodbye, and what follows cannot connect.
+env -u DISPLAY -u WAYLAND_DISPLAY deploy/quickstart.sh >"$work/log" 2>&1 &
+pid=$!
+for ((i = 0; i < 600; ++i)); do
+  if grep -q "^master on" "$work/log"; then break; fi
+  sleep 0.1
+done
+pkill -INT -f -- "tessera-master serve .*--keys out/quickstart/keys/master" || fail "no master runs"
+code=0
+wait "$pid" || code=$?
+((code == 130)) || fail "after a Ctrl-C that only the master saw it ends with $code, not 130"
+[[ -z $(left) ]] || fail "after a Ctrl-C that only the master saw processes are left: $(left)"
+
 code=0
 deploy/quickstart.sh "$work/gone.obj" >"$work/log" 2>&1 || code=$?
 ((code == 1)) || fail "a scene that is not there ends it with $code"
