@@ -20,8 +20,8 @@ namespace {
 
 // A voxel of at most this many primitives, or at this depth, is built whole by one task. That makes
 // enough tasks to keep 16 threads busy.
-constexpr std::size_t kTaskRefsMax = 8192;
-constexpr int kTaskDepth = 7;
+constexpr std::size_t kTaskRefsMax = 2048;
+constexpr int kTaskDepth = 9;
 
 // A finished part of the tree; indices count from its own first node and entry.
 struct Fragment {
@@ -92,7 +92,7 @@ class Tasks {
     first.voxel = std::move(root);
     std::deque<Task*> waiting;
     share(first, waiting);
-    run_growing(std::move(waiting), shared_.control.thread_count,
+    run_growing(waiting, shared_.control.thread_count,
                 [this](Task* task, const auto& put) {
                   if (!split(*task)) return;
                   for (Task* const half : task->halves) put(half);

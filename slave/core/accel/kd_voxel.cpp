@@ -2,6 +2,7 @@
 #include "slave/core/accel/kd_voxel.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "slave/core/accel/run_tasks.h"
@@ -9,11 +10,17 @@
 namespace tessera::core {
 namespace {
 
-// A voxel of at least a kSharedShare-th of all primitives is split by several threads. Voxels below
-// that are enough for as many threads.
-constexpr std::size_t kSharedShare = 8;
-// Each of these threads takes at least so many primitives at a time.
+// Each thread that splits a voxel along with others takes at least so many primitives at a time.
 constexpr std::size_t kPartRefs = 8192;
+
+// A voxel of at least two threads' share of all primitives, or half of them, is split by several
+// threads, since there are too few voxels for all. That costs: what one thread has written comes out
+// of its core's caches into another's.
+std::size_t shared_min(std::size_t primitives, int thread_count) {
+  if (thread_count == 1) return std::numeric_limits<std::size_t>::max();
+  const auto shares = static_cast<std::size_t>(std::max(2, thread_count / 2));
+  return std::max(2 * kPartRefs, primitives / shares);
+}
 
 void set_axis(Vec3f& v, int axis, float value) {
   (axis == 0 ? v.x : axis == 1 ? v.y : v.z) = value;
@@ -103,7 +110,7 @@ VoxelSplitter::VoxelSplitter(std::span<const Bounds3f> boxes, const KdBuildConfi
     : boxes_(boxes),
       config_(config),
       thread_count_(thread_count),
-      shared_min_(std::max(2 * kPartRefs, boxes.size() / kSharedShare)) {}
+      shared_min_(shared_min(boxes.size(), thread_count)) {}
 
 Voxel VoxelSplitter::root() const {
   const std::size_t parts = boxes_.size() / kPartRefs + 1;

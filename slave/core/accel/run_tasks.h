@@ -16,7 +16,9 @@
 #include <cstdint>
 #include <deque>
 #include <exception>
+#include <iterator>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "common/base/work_gate.h"
@@ -75,37 +77,62 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
   if (failure) std::rethrow_exception(failure);
 }
 
+// Items that wait for a thread. A thread takes the newest that it put in itself, whose memory is in
+// its core's caches; where it has none, it takes the oldest of another, which is mostly the largest.
+template <typename Item>
+class WaitingItems {
+ public:
+  bool is_empty() const { return entries_.empty(); }
+  std::size_t size() const { return entries_.size(); }
+  void put(Item item, int thread) { entries_.push_back({std::move(item), thread}); }
+  // Requires: !is_empty().
+  Item take(int thread) {
+    const auto own = std::find_if(entries_.rbegin(), entries_.rend(),
+                                  [thread](const Entry& entry) { return entry.maker == thread; });
+    const auto from = own == entries_.rend() ? entries_.begin() : std::prev(own.base());
+    Item item = std::move(from->item);
+    entries_.erase(from);
+    return item;
+  }
+
+ private:
+  struct Entry {
+    Item item;
+    int maker;
+  };
+  std::deque<Entry> entries_;
+};
+
 // Calls work(item, put) for the first items and for each item that work puts in by put(item).
 // Throws: what the first failing call threw, after all threads have stopped; other items may be
 // left out.
 template <typename Item, typename Work>
-void run_growing(std::deque<Item> waiting, int thread_count, const Work& work) {
+void run_growing(const std::deque<Item>& first, int thread_count, const Work& work) {
   std::mutex mutex;
   std::condition_variable has_changed;
-  // Items that wait or are worked on; guarded by the mutex, as are those that wait.
-  std::size_t unfinished = waiting.size();
-  const auto put = [&](Item item) {
-    {
-      const std::lock_guard lock(mutex);
-      waiting.push_back(item);
-      ++unfinished;
-    }
-    has_changed.notify_one();
-  };
+  WaitingItems<Item> waiting;  // guarded by the mutex
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    waiting.put(first[i],
+                static_cast<int>(i * static_cast<std::size_t>(thread_count) / first.size()));
+  }
+  std::size_t unfinished = waiting.size();  // wait or are worked on; guarded by the mutex
   run_tasks(thread_count, thread_count, [&](int thread) {
+    const auto put = [&](Item item) {
+      {
+        const std::lock_guard lock(mutex);
+        waiting.put(std::move(item), thread);
+        ++unfinished;
+      }
+      has_changed.notify_one();
+    };
     std::unique_lock lock(mutex);
     while (unfinished > 0) {
-      if (waiting.empty()) {
+      if (waiting.is_empty()) {
         const WorkGate::Absence absence;
         has_changed.wait(lock);
         continue;
       }
-      // Each thread from a place of its own, for neighbours in the queue are neighbours in memory.
-      const auto place = waiting.begin() + static_cast<std::ptrdiff_t>(
-                                               waiting.size() * static_cast<std::size_t>(thread) /
-                                               static_cast<std::size_t>(thread_count));
-      const Item item = *place;
-      waiting.erase(place);
+      const Item item = waiting.take(thread);
       lock.unlock();
       std::exception_ptr failure;
       try {

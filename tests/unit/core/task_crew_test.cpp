@@ -134,5 +134,17 @@ TEST(RunGrowing, ReachesAllThatWorkPutsIn) {
   }
 }
 
+TEST(WaitingItems, GoToWhoPutThemInNewestFirstAndTheOldestToOthers) {
+  WaitingItems<int> waiting;
+  for (int item = 0; item < 6; ++item) waiting.put(item, item % 2);
+  EXPECT_EQ(waiting.take(1), 5);
+  EXPECT_EQ(waiting.take(2), 0);
+  EXPECT_EQ(waiting.take(0), 4);
+  EXPECT_EQ(waiting.take(0), 2);
+  EXPECT_EQ(waiting.take(0), 1);
+  EXPECT_EQ(waiting.take(1), 3);
+  EXPECT_TRUE(waiting.is_empty());
+}
+
 }  // namespace
 }  // namespace tessera::core
