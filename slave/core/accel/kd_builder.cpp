@@ -92,11 +92,10 @@ class Tasks {
     first.voxel = std::move(root);
     std::deque<Task*> waiting;
     share(first, waiting);
-    run_growing(waiting, shared_.control.thread_count,
-                [this](Task* task, const auto& put) {
-                  if (!split(*task)) return;
-                  for (Task* const half : task->halves) put(half);
-                });
+    run_growing(waiting, shared_.control.thread_count, [this](Task* task, const auto& put) {
+      if (!split(*task)) return;
+      for (Task* const half : task->halves) put(half);
+    });
     return first;
   }
   const std::deque<Task>& all() const { return all_; }

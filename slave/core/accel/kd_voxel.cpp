@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kPartRefs = 8192;
 
 // A voxel of at least two threads' share of all primitives, or half of them, is split by several
-// threads, since there are too few voxels for all. That costs: what one thread has written comes out
-// of its core's caches into another's.
+// threads, since there are too few voxels for all. That costs: what one thread has written comes
+// out of its core's caches into another's.
 std::size_t shared_min(std::size_t primitives, int thread_count) {
   if (thread_count == 1) return std::numeric_limits<std::size_t>::max();
   const auto shares = static_cast<std::size_t>(std::max(2, thread_count / 2));

@@ -78,7 +78,7 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
 }
 
 // Items that wait for a thread. A thread takes the newest that it put in itself, whose memory is in
-// its core's caches; where it has none, it takes the oldest of another, which is mostly the largest.
+// its core's caches. Where it has none, it takes another's oldest, which is mostly the largest.
 template <typename Item>
 class WaitingItems {
  public:
