@@ -42,7 +42,6 @@ if ! flock -n 9; then
   exit 1
 fi
 
-rm -f "$out/master.log"
 pids=()
 names=()
 cleanup() {
@@ -94,10 +93,11 @@ attend() {
 }
 
 # Ctrl-C reaches every process of this group. Bash may lose its own signal where it has just waited
-# for a program, and then sees a master that is gone; only Ctrl-C makes ours take its leave.
+# for a program, and then sees a master that is gone; only Ctrl-C makes one that runs take its leave.
 leave_if_interrupted() {
+  if ((${#pids[@]} == 0)); then return; fi  # no master runs
   local i
-  if ((${#pids[@]} > 0)) && ! is_taken "$port"; then
+  if ! is_taken "$port"; then
     for ((i = 0; i < 50; ++i)); do  # it writes its last line after it has closed its port
       if ! kill -0 "${pids[0]}" 2>/dev/null; then break; fi
       sleep 0.1
