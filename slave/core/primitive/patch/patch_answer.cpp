@@ -51,6 +51,21 @@ PatchAnswer first_kept(const Patch& patch, const SubPatch& part, PatchRay ray, c
   return {};
 }
 
+PatchAnswer solved_alone(const PatchQuestion& q) {
+  return solved_answer(*q.patch, *q.part, q.origin, q.direction, q.t_range[0]);
+}
+
+bool is_for_cubics(const PatchQuestion& q) {
+  return std::max(q.patch->degree_u, q.patch->degree_v) <= kCubicMax && !is_fat_border(*q.part);
+}
+
+// What is left of the first root by the trims. What lies behind one that is left out is for the few.
+PatchAnswer kept_answer(const PatchQuestion& q, const SolvedPatch& hit) {
+  if (!hit.is_hit) return {};
+  if (q.part->is_trimmed && !is_kept(*q.patch, hit.u, hit.v)) return solved_alone(q);
+  return {true, static_cast<float>(hit.t), hit.u, hit.v};
+}
+
 }  // namespace
 
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
@@ -71,31 +86,24 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
 
 void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
   static const CubicSolversCall solve_cubics = widest_cubic_solvers();
+  SolvedPatch solved[kPatchQuestionsMax];
+  if (std::all_of(questions, questions + count, is_for_cubics)) {
+    solve_cubics(questions, count, solved);
+    for (int k = 0; k < count; ++k) answers[k] = kept_answer(questions[k], solved[k]);
+    return;
+  }
   PatchQuestion cubic[kPatchQuestionsMax];
   int number[kPatchQuestionsMax], cubic_count = 0;
-  const auto alone = [](const PatchQuestion& q) {
-    return solved_answer(*q.patch, *q.part, q.origin, q.direction, q.t_range[0]);
-  };
   for (int k = 0; k < count; ++k) {
-    const PatchQuestion& q = questions[k];
-    if (std::max(q.patch->degree_u, q.patch->degree_v) > kCubicMax || is_fat_border(*q.part)) {
-      answers[k] = alone(q);
-    } else {
+    if (is_for_cubics(questions[k])) {
       number[cubic_count] = k;
-      cubic[cubic_count++] = q;
+      cubic[cubic_count++] = questions[k];
+    } else {
+      answers[k] = solved_alone(questions[k]);
     }
   }
-  SolvedPatch solved[kPatchQuestionsMax];
   solve_cubics(cubic, cubic_count, solved);
-  for (int k = 0; k < cubic_count; ++k) {
-    const SolvedPatch& hit = solved[k];
-    const bool is_out =
-        hit.is_hit && cubic[k].part->is_trimmed && !is_kept(*cubic[k].patch, hit.u, hit.v);
-    // What lies behind a root that is left out is for the few.
-    answers[number[k]] = is_out       ? alone(cubic[k])
-                         : hit.is_hit ? PatchAnswer{true, static_cast<float>(hit.t), hit.u, hit.v}
-                                      : PatchAnswer{};
-  }
+  for (int k = 0; k < cubic_count; ++k) answers[number[k]] = kept_answer(cubic[k], solved[k]);
 }
 
 bool is_kept(const Patch& patch, double u, double v) {
