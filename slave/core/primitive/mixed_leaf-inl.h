@@ -22,6 +22,7 @@ namespace HWY_NAMESPACE {
 // an item, with
 //   Item(Rays&, Test<W, kAny>&), both of which outlive it;
 //   bool test(const Shapes&, uint32_t number): whether some ray has a new best hit;
+//   void prepare(), where it has something to do before tests;
 //   bool settle_waiting(), where some of what is tested is put off: the same of that.
 template <class Shapes, int W, bool kAny, class Rays, template <int, bool> class Test, class Item>
 class MixedPacketLeaf {
@@ -34,6 +35,7 @@ class MixedPacketLeaf {
   HWY_INLINE void prepare() {
     rays_.line_up();
     test_.prepare();
+    if constexpr (requires { item_.prepare(); }) item_.prepare();
   }
 
   // Returns: whether some ray has a new best hit.

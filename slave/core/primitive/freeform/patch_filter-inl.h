@@ -26,6 +26,7 @@
 #define TESSERA_CORE_PATCH_FILTER_INL_H_
 #endif
 
+#include "slave/core/primitive/freeform/fan_rows-inl.h"
 #include "slave/core/primitive/freeform/patch_hull-inl.h"
 #include "slave/core/ray/bundle_rays-inl.h"
 #include "slave/core/ray/fan_rays-inl.h"
@@ -48,15 +49,6 @@ HWY_INLINE Floats least_ts(const FanRays& rays, size_t) { return set<Floats>(ray
 HWY_INLINE Floats least_ts(const BundleRays& rays, size_t at) {
   return load<Floats>(rays.t_min + at);
 }
-
-struct PatchFilterRoom {
-  // Distance that makes room for what may be off by `off` on each axis.
-  static constexpr float kFartherPerOff = 1 / (16 * kRoundoff);
-  static constexpr float kRoom = 16 * kRoundoff;        // see above
-  static constexpr float kTooFlat = 64 * kRoundoff;     // |d_n| over N_n S
-  static constexpr float kLimitSlack = 32 * kRoundoff;  // of t_min and the best t
-  static constexpr float kBorder = 1 + 0x1p-18f;        // of the square, where neighbours overlap
-};
 
 struct NothingMore {
   HWY_INLINE MaskOf<Floats> may_meet(const RaysInFrame& rays) const {
@@ -107,6 +99,11 @@ class PatchFilter : PatchFilterRoom {
     set_origin(rays);
   }
 
+  // Returns: the bits of rows of which some ray may meet it.
+  // Requires: it has a frame, and kHasRows<Rays>.
+  HWY_INLINE uint64_t possible_rows(const FanRows& rows) const {
+    return rows.possible(rays_, part_, origin_, norm_);
+  }
   // Returns: the bits of the rays from `at` on that may meet it. Requires: it has a frame.
   // more: what else is known of the sub-patch, a PatchHull, a BorderBend or NothingMore.
   template <class More>

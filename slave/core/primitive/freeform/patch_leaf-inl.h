@@ -30,6 +30,10 @@ class PatchPacketTest {
  public:
   HWY_INLINE PatchPacketTest(Rays& rays, Test<W, kAny>& test) : rays_(rays), test_(test) {}
 
+  // Requires, before tests: the rays are set up.
+  HWY_INLINE void prepare() {
+    if constexpr (kAsksRows) rows_.set_to(rays_);
+  }
   HWY_INLINE bool test(const TrianglesAndPatches<W>& shapes, uint32_t number) {
     return test(shapes.patches, shapes.parts[number]);
   }
@@ -51,13 +55,18 @@ class PatchPacketTest {
     alignas(64) double origin[3][kPacketRays + 8], direction[3][kPacketRays + 8];
   };
 
-  // Those that may meet a sub-patch with a frame. more: as in PatchFilter.
+  using Filter = PatchFilter<Rays>;
+  // Rows of shadow rays reach too far to be worth it.
+  static constexpr bool kAsksRows = kHasRows<Rays> && !kAny;
+
+  // The rays of some rows that may meet a sub-patch with a frame. more: as in PatchFilter.
   template <class More>
-  HWY_INLINE uint64_t possible_rays(const SubPatch& part, const More& more) const {
-    const PatchFilter<Rays> filter(rays_, part);
+  static HWY_INLINE uint64_t possible_rays(const Filter& filter, uint64_t rows, const More& more) {
     uint64_t possible = 0;
-    for (size_t at = 0; at < kPacketRays; at += kLaneCount)
+    for (; rows != 0; rows &= rows - 1) {
+      const size_t at = kLaneCount * static_cast<size_t>(__builtin_ctzll(rows));
       possible |= uint64_t{filter.possible(at, more)} << at;
+    }
     return possible;
   }
   HWY_INLINE void gather(uint64_t possible, Candidates& rays) const;
@@ -74,6 +83,7 @@ class PatchPacketTest {
 
   Rays& rays_;
   Test<W, kAny>& test_;
+  FanRows rows_;
   int waiting_count_ = 0;
   uint8_t waiting_ray_[kPatchQuestionsMax];
   PatchQuestion waiting_[kPatchQuestionsMax];
@@ -84,10 +94,14 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch* patches, const SubP
   const Patch& patch = patches[part.patch];
   uint64_t possible = 0;
   if (part.has_frame) {
+    const Filter filter(rays_, part);
+    uint64_t rows = FanRows::kAll;
+    if constexpr (kAsksRows) rows = filter.possible_rows(rows_);
+    if (rows == 0) return false;
     const bool is_border = is_border_span(part);
-    possible = is_border                       ? possible_rays(part, BorderBend(part))
-               : PatchHull::helps(patch, part) ? possible_rays(part, PatchHull(patch, part))
-                                               : possible_rays(part, NothingMore());
+    possible = is_border                       ? possible_rays(filter, rows, BorderBend(part))
+               : PatchHull::helps(patch, part) ? possible_rays(filter, rows, PatchHull(patch, part))
+                                               : possible_rays(filter, rows, NothingMore());
     if (possible == 0) return false;
     rays_.work_left -= 2 * __builtin_popcountll(possible);
     if (is_border) {

@@ -32,6 +32,7 @@ class PlacePacketTest {
       return enter(PlaceOfSurface<W>(shapes, number - shapes.part_count));
     return parts_.test(shapes.patches, shapes.parts[number]);
   }
+  HWY_INLINE void prepare() { parts_.prepare(); }
   HWY_INLINE bool settle_waiting() { return parts_.settle_waiting(); }
 
  private:
