@@ -61,7 +61,7 @@ void add_store(const core::PatchStore& store, JsonObject& json) {
   std::set<const core::TrimLoops*> loops;
   for (const auto& trims : store.trims) {
     if (!trims) continue;
-    borders += trims->borders().bytes();
+    borders += trims->bytes_beside_loops();
     unshared += trims->loops().bytes();
     if (!loops.insert(&trims->loops()).second) continue;
     const core::TrimCells& of = trims->cells();

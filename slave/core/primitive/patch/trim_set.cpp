@@ -25,7 +25,27 @@ TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options,
 TrimSet::TrimSet(const PatchSurface& surface, std::shared_ptr<const TrimLoops> loops,
                  const FatSplitting& splitting)
     : loops_(std::move(loops)),
-      borders_(surface, widened_segments(surface), cells().coefficients, splitting) {}
+      borders_(surface, widened_segments(surface), cells().coefficients, splitting) {
+  masks_.resize(loops_->whole.size());
+  for (std::uint32_t p = 0; p < masks_.size(); ++p) fill(p, 0, 0, TrimMask::kSide, masks_[p]);
+}
+
+// Fills in a square of cells. Recursion: to single cells, by halves.
+void TrimSet::fill(std::uint32_t patch, int column, int row, int side, TrimMask& mask) const {
+  constexpr double kCell = 1.0 / TrimMask::kSide;
+  const Kept kept =
+      kept_of(patch, {kCell * column, kCell * (column + side), kCell * row, kCell * (row + side)});
+  if (kept == Kept::kNone) return;
+  if (kept == Kept::kSome && side > 1) {
+    const int half = side / 2;
+    for (const int c : {column, column + half})
+      for (const int r : {row, row + half}) fill(patch, c, r, half, mask);
+    return;
+  }
+  const auto bits = static_cast<std::uint16_t>(((1u << side) - 1) << row);
+  for (int c = column; c < column + side; ++c)
+    (kept == Kept::kAll ? mask.kept : mask.asks)[c] |= bits;
+}
 
 const TrimCell& TrimSet::cell_in(const TrimGrid& grid, TrimPlace at) const {
   const std::uint32_t column = cell_index(at.u, grid.u, grid.per_u, grid.columns);
@@ -113,19 +133,36 @@ std::uint64_t TrimSet::kept(std::uint32_t patch, std::span<const TrimPlace> plac
   if (count == 0) return 0;
   const std::uint64_t all = ~std::uint64_t{0} >> (64 - count);
   if (patch >= loops_->whole.size()) return all;
+  const TrimMask& mask = masks_[patch];
   TrimPlace at[kTrimPlacesMax], low{1, 1}, high{0, 0};
+  std::uint8_t number[kTrimPlacesMax];
+  std::size_t asked = 0;
+  std::uint64_t bits = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    at[i] = {in_square(places[i].u), in_square(places[i].v)};
-    low = {std::min(low.u, at[i].u), std::min(low.v, at[i].v)};
-    high = {std::max(high.u, at[i].u), std::max(high.v, at[i].v)};
+    const TrimPlace place{in_square(places[i].u), in_square(places[i].v)};
+    const int column = TrimMask::along(place.u), row = TrimMask::along(place.v);
+    bits |= std::uint64_t{mask.kept[column] >> row & 1u} << i;
+    if ((mask.asks[column] >> row & 1u) == 0) continue;
+    at[asked] = place;
+    number[asked++] = static_cast<std::uint8_t>(i);
+    low = {std::min(low.u, place.u), std::min(low.v, place.v)};
+    high = {std::max(high.u, place.u), std::max(high.v, place.v)};
   }
+  if (asked == 0) return bits;
   // Places of hits of a few rays side by side mostly lie in one cell, often without a piece.
   const TrimCell& cell = cell_of_all(patch, low, high);
-  if (cell.is_grid != 0) return kept_apart(cell, {at, count});
-  if (cell.count == 0) return cell.is_odd != 0 ? 0 : all;
+  const std::uint64_t answers =
+      cell.is_grid != 0 ? kept_apart(cell, {at, asked}) : kept_in(cell, {at, asked});
+  for (std::size_t i = 0; i < asked; ++i) bits |= (answers >> i & 1) << number[i];
+  return bits;
+}
+
+// Of places in a cell that is no grid.
+std::uint64_t TrimSet::kept_in(const TrimCell& cell, std::span<const TrimPlace> at) const {
+  if (cell.count == 0) return cell.is_odd != 0 ? 0 : ~std::uint64_t{0} >> (64 - at.size());
   std::uint64_t bits = 0;
   TrimSteps steps;
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < at.size(); ++i)
     bits |= std::uint64_t{!loops_->cells.is_odd(cell, at[i].u, at[i].v, steps)} << i;
   return bits;
 }
