@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which rows of a fan may meet a sub-patch: one test of the rectangles in which they lie, a row per
-// lane, before rays are asked one by one (patch_filter-inl.h). Most sub-patches of a leaf are met by
-// few rows or none.
+// lane, before rays are asked one by one (patch_filter-inl.h). Most sub-patches of a leaf are met
+// by few rows or none.
 //
 // Rays are (u, v, 1) along the axes of the frustum, from o in the frame. One that meets the
 // sub-patch has o_a + t d_a = x + rest_a, by x, and o_n + t d_n = rest_n. Without t, that is

@@ -59,7 +59,7 @@ bool is_for_cubics(const PatchQuestion& q) {
   return std::max(q.patch->degree_u, q.patch->degree_v) <= kCubicMax && !is_fat_border(*q.part);
 }
 
-// What is left of the first root by the trims. What lies behind one that is left out is for the few.
+// What trims leave of the first root. What lies behind one that is left out is for the few.
 PatchAnswer kept_answer(const PatchQuestion& q, const SolvedPatch& hit) {
   if (!hit.is_hit) return {};
   if (q.part->is_trimmed && !is_kept(*q.patch, hit.u, hit.v)) return solved_alone(q);
