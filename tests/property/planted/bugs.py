@@ -171,6 +171,8 @@ BUGS = (
         "to.r <= kContraction", "to.r <= 64 * kContraction", "core_patch_answers"),
     Bug("patch_first_root", "of two roots the one that was found first", "primitive/patch/complete_solver.cpp",
         "best_.is_hit && !(t < best_.t)", "best_.is_hit", "core_patch_answers"),
+    Bug("fan_row_narrow", "rows of a fan meet the inner half of a sub-patch alone", "primitive/freeform/fan_rows-inl.h",
+        "wide[a] = kBorder + part.reach[a];", "wide[a] = 0.5f * (kBorder + part.reach[a]);", "core_patch_kernels"),
     # Trims of patches.
     Bug("trim_half_open", "both ends of a piece of a trimming loop count", "primitive/patch/trim_piece.cpp",
         "piece.v[0] <= v && v < piece.v[1]", "piece.v[0] <= v && v <= piece.v[1]", "core_trims"),
@@ -183,6 +185,8 @@ BUGS = (
         "high = std::max(high, side);", "high = std::max(high, 0.5 * side);", "core_trims"),
     Bug("trim_keeps_ignored", "what loops enclose is always kept", "primitive/patch/trim_loops.cpp",
         "surface.patches[p].keeps_outside != 0", "false", "core_trims"),
+    Bug("trim_mask_whole", "cells that loops pass count as kept", "primitive/patch/trim_set.cpp",
+        "kept == Kept::kAll ? mask.kept : mask.asks", "kept != Kept::kNone ? mask.kept : mask.asks", "core_trims"),
     # Surfaces, light and chance.
     Bug("coordinates_equal", "u of a hit is its v", "primitive/triangle/barycentric-inl.h",
         "dot(from_, p)", "dot(direction, across_)", "core_light_classes"),
