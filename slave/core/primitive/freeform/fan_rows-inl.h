@@ -14,8 +14,10 @@
 // and half sides by u each, sums of three products by 3 u of the sizes of all terms: d_r by less
 // than 11 u N_r S. Of o, made in double, u of its size is lost, so numbers of G_a are off by 3 u of
 // the terms that they are differences of, and G_a by 14 u (|o_a| N_n + |o_n| N_a) S. 16 u stands
-// for both. Where d_n may be too small for the filter, and where any of this is not a number, rows
-// stay.
+// for both. Far away, o itself is off by 2^-50 N_r R, and the complete solver takes for a hit what
+// it sees within 2^-42 R, which makes less than 2^-40 N_r R with the length of a direction: G_a has
+// room for 2^-38 N_a N_n R S for each of its two terms. Where d_n may be too small for the filter,
+// and where any of this is not a number, rows stay.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/patch/patch_layout.h"
@@ -54,26 +56,19 @@ class FanRows : PatchFilterRoom {
 
   // Requires: the fan is set up.
   HWY_INLINE void set_to(const FanRays& fan) {
-    const auto least = [](auto a, auto b) { return min(a, b); };
-    const auto greatest = [](auto a, auto b) { return max(a, b); };
-    for (int a = 0; a < 2; ++a) {
-      const float* const slopes = a == 0 ? fan.ray_u : fan.ray_v;
-      const auto row = [&](size_t r) { return load<Floats>(slopes + r * kLaneCount); };
-      alignas(64) float low[kRows], high[kRows];
-      fold_rows<kRows>(TagOf<Floats>(), row, least, low);
-      fold_rows<kRows>(TagOf<Floats>(), row, greatest, high);
-      for (size_t first = 0; first < kRows; first += kLanesOf<V>) {
-        const V from = load<V>(low + first), to = load<V>(high + first);
-        store(0.5f * (from + to), middle_[a] + first);
-        store(0.5f * (to - from), half_[a] + first);
-      }
+    if constexpr (FanRays::kCullsRows) {
+      set_slopes(0, fan.row_u[0], fan.row_u[1]);
+      set_slopes(1, fan.row_v[0], fan.row_v[1]);
+    } else {
+      fold_slopes(0, fan.ray_u);
+      fold_slopes(1, fan.ray_v);
     }
     steepness_ = fan.steepness;
   }
 
-  // Returns: the bits of rows. o: where rays begin, in the frame; norm: N_r.
+  // Returns: the bits of rows. o: where rays begin, in the frame; norm: N_r; reach: R.
   HWY_INLINE uint64_t possible(const FanRays& fan, const SubPatch& part, const float (&o)[3],
-                               const float (&norm)[3]) const {
+                               const float (&norm)[3], float reach) const {
     float by_u[3], by_v[3], rest[3];  // of d_r
     for (int r = 0; r < 3; ++r) {
       by_u[r] = part.frame[r][fan.kx];
@@ -89,7 +84,8 @@ class FanRows : PatchFilterRoom {
       wide[a] = kBorder + part.reach[a];
       const float size_a = norm[a] * steepness_;
       off[a] = kRoom * (abs_of(o[a]) * size_n + abs_of(o[2]) * size_a + wide[a] * size_n +
-                        part.reach[2] * size_a);
+                        part.reach[2] * size_a) +
+               0x1p-37f * reach * norm[a] * size_n;
     }
     uint64_t rows = 0;
     for (size_t first = 0; first < kRows; first += kLanesOf<V>) {
@@ -117,6 +113,23 @@ class FanRows : PatchFilterRoom {
   }
 
  private:
+  HWY_INLINE void fold_slopes(int a, const float* slopes) {
+    const auto row = [&](size_t r) HWY_ATTR { return load<Floats>(slopes + r * kLaneCount); };
+    alignas(64) float low[kRows], high[kRows];
+    fold_rows<kRows>(
+        TagOf<Floats>(), row, [](auto x, auto y) { return min(x, y); }, low);
+    fold_rows<kRows>(
+        TagOf<Floats>(), row, [](auto x, auto y) { return max(x, y); }, high);
+    set_slopes(a, low, high);
+  }
+  HWY_INLINE void set_slopes(int a, const float* low, const float* high) {
+    for (size_t first = 0; first < kRows; first += kLanesOf<V>) {
+      const V from = load<V>(low + first), to = load<V>(high + first);
+      store(0.5f * (from + to), middle_[a] + first);
+      store(0.5f * (to - from), half_[a] + first);
+    }
+  }
+
   alignas(64) float middle_[2][kRows], half_[2][kRows];  // by u, by v
   float steepness_;
 };

@@ -102,7 +102,7 @@ class PatchFilter : PatchFilterRoom {
   // Returns: the bits of rows of which some ray may meet it.
   // Requires: it has a frame, and kHasRows<Rays>.
   HWY_INLINE uint64_t possible_rows(const FanRows& rows) const {
-    return rows.possible(rays_, part_, origin_, norm_);
+    return rows.possible(rays_, part_, origin_, norm_, reach_);
   }
   // Returns: the bits of the rays from `at` on that may meet it. Requires: it has a frame.
   // more: what else is known of the sub-patch, a PatchHull, a BorderBend or NothingMore.

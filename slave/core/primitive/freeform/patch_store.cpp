@@ -199,7 +199,7 @@ std::uint64_t PatchStore::memory_bytes() const {
   std::set<const TrimLoops*> loops;
   for (const auto& set : trims) {
     if (!set) continue;
-    of_trims += set->bytes_beside_loops();
+    of_trims += set->borders().bytes();
     if (loops.insert(&set->loops()).second) of_trims += set->loops().bytes();
   }
   return of_trims + of_shared + numbers.capacity() * sizeof(float) +
