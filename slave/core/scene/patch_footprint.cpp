@@ -56,8 +56,7 @@ PatchFootprint::Means PatchFootprint::sampled(const SceneBlock& surface, std::ui
   const double error = std::sqrt(square / count / count * std::max(0.0, 1 - count / all));
   Means means{mean + kErrors * error, numbers / count, 0, kBytesPerPart, all};
   if (store.trims[0]) {
-    const std::size_t bytes =
-        store.trims[0]->loops().bytes() + store.trims[0]->bytes_beside_loops();
+    const std::size_t bytes = store.trims[0]->loops().bytes() + store.trims[0]->borders().bytes();
     means.trim_bytes = static_cast<double>(bytes) / count;
     means.bytes_a_part = kBytesPerTrimmedPart;
   }

@@ -57,11 +57,11 @@ void add_store(const core::PatchStore& store, JsonObject& json) {
   json.add("numbers", bytes_of(store.numbers)).add("patch_records", bytes_of(store.patches));
   json.add("part_records", bytes_of(store.parts));
   std::uint64_t coefficients = 0, pieces = 0, listed = 0, cells = 0, grids = 0, orders = 0,
-                borders = 0, all = 0, unshared = 0;
+                masks = 0, borders = 0, all = 0, unshared = 0;
   std::set<const core::TrimLoops*> loops;
   for (const auto& trims : store.trims) {
     if (!trims) continue;
-    borders += trims->bytes_beside_loops();
+    borders += trims->borders().bytes();
     unshared += trims->loops().bytes();
     if (!loops.insert(&trims->loops()).second) continue;
     const core::TrimCells& of = trims->cells();
@@ -71,11 +71,15 @@ void add_store(const core::PatchStore& store, JsonObject& json) {
     cells += bytes_of(of.cells);
     grids += bytes_of(of.grids);
     orders += bytes_of(of.orders) + bytes_of(of.ranges);
+    masks += bytes_of(trims->loops().masks);
     all += trims->loops().bytes();
   }
   json.add("trim_coefficients", coefficients).add("trim_pieces", pieces);
   json.add("trim_listed", listed).add("trim_cells", cells).add("trim_grids", grids);
-  json.add("trim_orders", orders).add("border_spans", borders).add("trims", all + borders);
+  json.add("trim_masks", masks)
+      .add("trim_orders", orders)
+      .add("border_spans", borders)
+      .add("trims", all + borders);
   json.add("trims_if_none_were_shared", unshared + borders);
 }
 

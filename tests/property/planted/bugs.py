@@ -185,8 +185,8 @@ BUGS = (
         "high = std::max(high, side);", "high = std::max(high, 0.5 * side);", "core_trims"),
     Bug("trim_keeps_ignored", "what loops enclose is always kept", "primitive/patch/trim_loops.cpp",
         "surface.patches[p].keeps_outside != 0", "false", "core_trims"),
-    Bug("trim_mask_whole", "cells that loops pass count as kept", "primitive/patch/trim_set.cpp",
-        "kept == Kept::kAll ? mask.kept : mask.asks", "kept != Kept::kNone ? mask.kept : mask.asks", "core_trims"),
+    Bug("trim_mask_whole", "cells that loops pass count as kept", "primitive/patch/trim_square.cpp",
+        "(kept == Kept::kAll ? mask", "(kept != Kept::kNone ? mask", "core_trims"),
     # Surfaces, light and chance.
     Bug("coordinates_equal", "u of a hit is its v", "primitive/triangle/barycentric-inl.h",
         "dot(from_, p)", "dot(direction, across_)", "core_light_classes"),

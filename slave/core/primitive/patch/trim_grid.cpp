@@ -237,7 +237,7 @@ class CellBuilder {
       const TrimPlace at{area.u + area.width * inner(0.7548776662466927),
                          area.v + area.height * inner(0.5698402909980532)};
       const auto near = [&](const TrimListed& of) {
-        return is_near(to_.pieces[of.piece], to_.coefficients.data(), at, kMargin);
+        return is_near(to_.pieces[of.piece], to_.coefficients.data(), at, {kMargin, kMargin});
       };
       if (std::any_of(list.begin(), list.end(), near)) continue;
       bool is_odd = false;

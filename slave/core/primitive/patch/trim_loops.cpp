@@ -133,6 +133,8 @@ TrimLoops::TrimLoops(const PatchSurface& surface, const TrimCellOptions& options
   cells.grids.shrink_to_fit();
   cells.orders.shrink_to_fit();
   cells.ranges.shrink_to_fit();
+  masks.reserve(whole.size());
+  for (const TrimCell& patch : whole) masks.push_back(TrimSquare(cells, patch).mask());
 }
 
 std::size_t TrimLoops::bytes() const {
@@ -140,7 +142,7 @@ std::size_t TrimLoops::bytes() const {
          cells.pieces.size() * sizeof(TrimPiece) + cells.listed.size() * sizeof(TrimListed) +
          cells.cells.size() * sizeof(TrimCell) + cells.grids.size() * sizeof(TrimGrid) +
          cells.orders.size() * sizeof(TrimOrder) + cells.ranges.size() * sizeof(TrimRange) +
-         whole.size() * sizeof(TrimCell);
+         whole.size() * sizeof(TrimCell) + masks.size() * sizeof(TrimMask);
 }
 
 std::vector<FatSegment> widened_segments(const PatchSurface& surface) {

@@ -5,8 +5,8 @@
 //
 // Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
 // 2 in general; 4 to 8 cells of 8 bytes, and 36 bytes for each time that a piece passes a cell, at
-// most 64 times, 12 more where the cell has an order. slave/core/decisions/trims.md has what was
-// measured.
+// most 64 times, 12 more where the cell has an order. A patch has a mask of 64 bytes.
+// slave/core/decisions/trims.md has what was measured.
 //
 // Threads. TrimLoops never changes once it is made. TrimLoopLibrary has one owner.
 #pragma once
@@ -21,12 +21,14 @@
 #include "common/scene/patch_surface.h"
 #include "slave/core/primitive/patch/fat_border_spans.h"
 #include "slave/core/primitive/patch/trim_grid.h"
+#include "slave/core/primitive/patch/trim_square.h"
 
 namespace tessera::core {
 
 struct TrimLoops {
   TrimCells cells;
   std::vector<TrimCell> whole;  // [patch_count]: the square of each; empty: nothing is trimmed
+  std::vector<TrimMask> masks;  // [patch_count]
 
   // Requires: as TrimSet. A loop of a segment and back again, which trims nothing, has the
   // coefficients of the first of the two alone.
@@ -36,6 +38,8 @@ struct TrimLoops {
     return patch < whole.size() &&
            (whole[patch].is_grid != 0 || whole[patch].count != 0 || whole[patch].is_odd != 0);
   }
+  // Requires: there is a patch of this number.
+  TrimSquare square(std::uint32_t patch) const { return {cells, whole[patch]}; }
   std::size_t bytes() const;
 };
 

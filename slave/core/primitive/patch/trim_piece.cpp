@@ -100,17 +100,17 @@ double v_at(const TrimPiece& piece, const TrimCoefficient* coefficients, double 
 }
 
 bool is_near(const TrimPiece& piece, const TrimCoefficient* coefficients, TrimPlace to,
-             double margin) {
+             TrimPlace margin) {
   const double u_low = std::min(piece.u[0], piece.u[1]), u_high = std::max(piece.u[0], piece.u[1]);
-  if (to.u < u_low - margin || to.u > u_high + margin) return false;
-  if (to.v < double{piece.v[0]} - margin || to.v > double{piece.v[1]} + margin) return false;
+  if (to.u < u_low - margin.u || to.u > u_high + margin.u) return false;
+  if (to.v < double{piece.v[0]} - margin.v || to.v > double{piece.v[1]} + margin.v) return false;
   // Level with an end, the answer of a corner would be the end's.
-  if (to.v - margin < double{piece.v[0]} || to.v + margin >= double{piece.v[1]}) return true;
+  if (to.v - margin.v < double{piece.v[0]} || to.v + margin.v >= double{piece.v[1]}) return true;
   // The piece runs from one quadrant to the opposite one, and passes between the other two.
-  const double across = piece.falls != 0 ? -margin : margin;
+  const double across = piece.falls != 0 ? -margin.v : margin.v;
   std::uint64_t points = 0;
-  return crosses(piece, coefficients, to.u - margin, to.v + across, points) !=
-         crosses(piece, coefficients, to.u + margin, to.v - across, points);
+  return crosses(piece, coefficients, to.u - margin.u, to.v + across, points) !=
+         crosses(piece, coefficients, to.u + margin.u, to.v - across, points);
 }
 
 }  // namespace tessera::core

@@ -88,9 +88,9 @@ struct TrimPassage {
 TrimPassage passage(const TrimPiece& piece, const TrimCoefficient* coefficients, bool of_v,
                     double line);
 
-// Whether the piece may come nearer than `margin` in u and in v. Requires: margin >= 2^-21, twice
-// what an answer may be off by, so that an answer that is sure is right.
+// Whether the piece may come nearer than `margin` in u and in v. Requires: a margin of 2^-21 and
+// more in each, twice what an answer may be off by, so that an answer that is sure is right.
 bool is_near(const TrimPiece& piece, const TrimCoefficient* coefficients, TrimPlace to,
-             double margin);
+             TrimPlace margin);
 
 }  // namespace tessera::core

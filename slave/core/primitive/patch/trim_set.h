@@ -18,37 +18,17 @@
 // Threads. Prepared by one thread, then never changed: any number may ask.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
 #include "common/scene/patch_surface.h"
 #include "slave/core/primitive/patch/fat_border_spans.h"
 #include "slave/core/primitive/patch/trim_loops.h"
+#include "slave/core/primitive/patch/trim_square.h"
 
 namespace tessera::core {
-
-// u0 <= u1, v0 <= v1.
-struct TrimArea {
-  double u0, u1, v0, v1;
-};
-inline constexpr std::size_t kTrimPlacesMax = 64;
-
-enum class Kept { kNone, kSome, kAll };
-
-// Which cells of kSide x kSide of a patch's square are kept as a whole, and in which points ask the
-// loops; of the others nothing is kept.
-struct TrimMask {
-  static constexpr int kSide = 16;
-
-  std::uint16_t kept[kSide] = {}, asks[kSide] = {};
-
-  // Requires: u and v in [0, 1].
-  static int along(double x) { return std::min(static_cast<int>(kSide * x), kSide - 1); }
-};
 
 class TrimSet {
  public:
@@ -86,21 +66,9 @@ class TrimSet {
   // Where the surface is met beside its widened segments (fat_border.h); answers above do not know
   // of them.
   const FatBorders& borders() const { return borders_; }
-  std::size_t bytes_beside_loops() const {
-    return borders_.bytes() + masks_.capacity() * sizeof(TrimMask);
-  }
 
  private:
-  const TrimCell& cell_in(const TrimGrid& grid, TrimPlace at) const;
-  const TrimCell& cell_of_all(std::uint32_t patch, TrimPlace low, TrimPlace high) const;
-  std::uint64_t kept_in(const TrimCell& cell, std::span<const TrimPlace> at) const;
-  std::uint64_t kept_apart(const TrimCell& from, std::span<const TrimPlace> at) const;
-  Kept kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const;
-
-  void fill(std::uint32_t patch, int column, int row, int side, TrimMask& mask) const;
-
   std::shared_ptr<const TrimLoops> loops_;
-  std::vector<TrimMask> masks_;  // [patch_count], where some are trimmed
   FatBorders borders_;
 };
 
