@@ -12,6 +12,8 @@ import figures
 import rules
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
+# A full specialisation of a variable template, which is no inline variable by itself.
+OWN_VALUE = re.compile(r"^[ ]*template\s*<>\s*(constexpr\b[^;{(=]*(?:=|\{))", re.MULTILINE)
 SOURCES = {".h", ".hpp", ".cpp", ".cc"}
 TOPS = ["common", "slave", "master", "proto", "deploy", "tests"]
 PATH_CHECKED = SOURCES | {".py", ".sh", ".cmake", ".txt", ".json", ".toml", ".md", ".service", ".yaml", ".proto", ""}
@@ -102,6 +104,9 @@ def check_header(path, text, found):
     is_toggled = path.endswith("-inl.h") and "HWY_TARGET_TOGGLE" in text
     if not has_guard and not is_toggled and not path.endswith("_text.h"):
         found.add(path, 1, "no #pragma once")
+    for match in OWN_VALUE.finditer(text):
+        line = text.count("\n", 0, match.start(1)) + 1
+        found.add(path, line, "one value of a variable template is defined anew by every file: no inline stands before it")
 
 
 def check_inl(path, text, found):

@@ -131,6 +131,11 @@ class Walls(unittest.TestCase):
         self.expect({"common/base/a.h": "// One.\n#pragma once\n"}, "common/base/a.h:1", "opens with")
         self.expect({"common/base/a.h": "// One.\n// Two.\n"}, "common/base/a.h:1", "#pragma once")
 
+    def test_a_specialised_variable_that_is_not_inline_is_red(self):
+        text = HEADER + "template <class T>\nconstexpr bool kIs = false;\ntemplate <>\nconstexpr bool kIs<int> = true;\n"
+        self.expect({"common/base/a.h": text}, "common/base/a.h:7", "inline")
+        self.assertEqual(self.findings({"common/base/a.h": text.replace("<>\nconst", "<>\ninline const")}), [])
+
     def test_what_a_kernel_text_includes(self):
         name = "slave/core/simd/a-inl.h"
         self.expect({name: HEADER + "#include <vector>\n"}, f"{name}:4", "<vector>"[1:-1])

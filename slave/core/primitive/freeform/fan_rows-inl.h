@@ -136,9 +136,7 @@ class FanRows : PatchFilterRoom {
 
 // Whether rows are worth asking about: those of fans, but where a ray is a row.
 template <class Rays>
-constexpr bool kHasRows = false;
-template <>
-constexpr bool kHasRows<FanRays> = kLaneCount > 1;
+constexpr bool kHasRows = std::is_same_v<Rays, FanRays> && (kLaneCount > 1);
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
