@@ -187,6 +187,8 @@ BUGS = (
         "surface.patches[p].keeps_outside != 0", "false", "core_trims"),
     Bug("trim_mask_whole", "cells that loops pass count as kept", "primitive/patch/trim_square.cpp",
         "(kept == Kept::kAll ? mask", "(kept != Kept::kNone ? mask", "core_trims"),
+    Bug("trim_order_corner", "points beside a piece's end are told as if it went on", "primitive/patch/trim_order.cpp",
+        "if (!(way > 0)) return;", "if (!(way > 1)) return;", "core_trim_orders"),
     # Surfaces, light and chance.
     Bug("coordinates_equal", "u of a hit is its v", "primitive/triangle/barycentric-inl.h",
         "dot(from_, p)", "dot(direction, across_)", "core_light_classes"),

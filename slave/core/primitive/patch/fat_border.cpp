@@ -193,7 +193,7 @@ class Passage {
   const TrimCoefficient* coefficients_ = nullptr;
   int degree_ = 1;
   double width_ = 0;
-  TrimPlace place_;
+  TrimPlace place_{};
   int evaluations_ = 0;
   double best_ = kInf;
   FatHit answer_{};

@@ -78,18 +78,27 @@ struct TrimGrid {
 
 // The pieces of a crowded list that run through the cell, in the order in which a direction across
 // them meets them. x = n_u u + n_v v grows from what is below a piece, for which the piece does not
-// count, to what is above it, for which it does; between lie the values of the piece itself within
-// the cell, and what it and the answer may be off by. So only pieces whose range holds a point's x
-// are asked. `ordered` pieces come first, then those that end in the cell or run the other way.
+// count, to what is above it, for which it does, and y = n_v u - n_u v - at runs along them. What
+// grows with y as the piece in the middle does is taken away from x; between low and high lie the
+// values of a piece within the cell, and what it and the answer may be off by. So only pieces whose
+// range holds a point's value are asked. `ordered` pieces come first, then those that end in the
+// cell or run the other way.
 struct TrimOrder {
-  double n_u, n_v;
+  float n_u, n_v, at, tilt, bend;
   std::uint32_t first, ordered;  // of its list
   std::uint32_t range;           // of the ordered pieces' ranges
+
+  double along(double u, double v) const { return double{n_v} * u - double{n_u} * v - double{at}; }
+  double away(double y) const { return (double{tilt} + double{bend} * y) * y; }
+  double across(double u, double v) const {
+    return double{n_u} * u + double{n_v} * v - away(along(u, v));
+  }
 };
+static_assert(sizeof(TrimOrder) == 32);
 
 struct TrimRange {
-  float low, high;    // low rises along the list
-  float high_so_far;  // the most of it and those before it
+  float low;          // rises along the list
+  float high_so_far;  // the most of its own high and of those before it
 };
 
 // Pieces and cells of all patches of a surface.

@@ -31,7 +31,7 @@ struct TrimCoefficient {
 };
 
 struct TrimPlace {
-  double u = 0, v = 0;
+  double u, v;
 };
 
 TrimCoefficient coefficient_of(const TrimPoint& point, int degree, int index);

@@ -5,7 +5,7 @@
 //
 // Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
 // 2 in general; 4 to 8 cells of 8 bytes, and 36 bytes for each time that a piece passes a cell, at
-// most 64 times, 12 more where the cell has an order. A patch has a mask of 64 bytes.
+// most 64 times, 8 more where the cell has an order. A patch has a mask of 64 bytes.
 // slave/core/decisions/trims.md has what was measured.
 //
 // Threads. TrimLoops never changes once it is made. TrimLoopLibrary has one owner.

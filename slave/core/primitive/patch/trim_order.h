@@ -4,10 +4,18 @@
 //
 // Why that is right. Such a piece cuts the cell in two, from border to border, also where it begins
 // or ends on one (but for the square's own): what is level with that end, and beside the piece, is
-// beyond the border. n = (-, +) for those that rise, (+, +) for
-// those that fall: a point with a greater x than all of the piece in the cell is not below it, or
-// there would be a point of the piece to its upper left (upper right) with a greater x; and so for
-// a smaller one. It holds for each piece alone, so pieces may cross and touch.
+// beyond the border. n = (-, +) for those that rise, (+, +) for those that fall: a point with a
+// greater x than all of the piece in the cell is not below it, or there would be a point of the
+// piece to its upper left (upper right) with a greater x; and so for a smaller one. It holds for
+// each piece alone, so pieces may cross and touch.
+//
+// What is taken away from x depends on y alone, and a piece passes each y from its one end to the
+// other once. Between them a point is above what the piece is at the point's y, or below it. Beside
+// an end E, which is on the cell's border, a point above the piece is to the upper left (upper
+// right) of E, or there would be cell beyond the border; so its x is greater, and by the smaller of
+// |n_u| and |n_v| times the way by y at least, as the greater of the two is 1. One below the piece
+// is to the other side of E, and has a smaller x by as much. What is taken away may change more
+// than that on the way to the cell's corner: ranges are wider by the most that it does.
 //
 // Threads. Pure function, but for what it appends.
 #pragma once
@@ -15,13 +23,9 @@
 #include <optional>
 #include <vector>
 
-#include "slave/core/primitive/patch/trim_cells.h"
+#include "slave/core/primitive/patch/trim_stretch.h"
 
 namespace tessera::core {
-
-struct TrimBox {
-  double u[2], v[2];
-};
 
 // Finds the course of a piece that a cell lists, where it has one.
 void set_course(const TrimCells& cells, const TrimBox& cell, TrimListed& of);

@@ -121,8 +121,10 @@ std::uint64_t TrimSquare::kept_apart(const TrimCell& from, std::span<const TrimP
   for (std::size_t i = 0; i < count; ++i) {
     if (cell[i]->is_ordered == 0) continue;
     const TrimOrder& order = cells_.orders[cell[i]->first];
-    __builtin_prefetch(&cells_.ranges[order.range]);
-    __builtin_prefetch(&cells_.listed[order.first]);
+    const TrimRange* const ranges = &cells_.ranges[order.range];
+    __builtin_prefetch(ranges);
+    __builtin_prefetch(ranges + order.ordered / 2);
+    __builtin_prefetch(ranges + order.ordered - 1);
   }
   std::uint64_t bits = 0;
   TrimSteps steps;
