@@ -135,11 +135,7 @@ void MetSurfaces::blacken(std::uint64_t rays, Surface* const* to, bool is_seen) 
 void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
                            const RayCone* cones, Surface* const* to, SurfaceBatch* batch) {
   const PacketPoints& at = hits.points;
-  const bool is_rich = scene_.features.is_rich;
-  for_each_ray(rays, [&](int ray) {
-    const std::uint32_t triangle = hits.triangle[ray];
-    const Material& m = is_rich ? scene_.materials[material_number(hits.instance[ray], triangle)]
-                                : material(triangle);
+  const auto make = [&](int ray, const Material& m) {
     Surface& s = *new (to[ray]) Surface;  // constructed in place: every bounce comes here
     s.point = vector_at(at.point, ray);
     const Vec3f normal = vector_at(at.normal, ray);  // loads wait for stores of other widths
@@ -150,9 +146,16 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
     s.is_front = (at.front >> ray & 1u) != 0;
     if (s.is_front || m.is_double_sided) s.emission = m.emission;
     s.material = &m;
-    s.sound_triangle = sound_triangle(triangle, ray);
+    s.sound_triangle = sound_triangle(hits.triangle[ray], ray);
+  };
+  if (!scene_.features.is_rich) {
+    for_each_ray(rays, [&](int ray) { make(ray, material(hits.triangle[ray])); });
+    return;
+  }
+  for_each_ray(rays, [&](int ray) {
+    make(ray, scene_.materials[material_number(hits.instance[ray], hits.triangle[ray])]);
   });
-  if (is_rich) detail_.add(hits, rays, cones, to, batch);
+  detail_.add(hits, rays, cones, to, batch);
 }
 
 const std::vector<std::uint32_t>& MetSurfaces::materials_of(std::uint32_t instance) const {

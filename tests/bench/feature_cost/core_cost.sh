@@ -11,11 +11,20 @@ set -euo pipefail
 cd "$(dirname "$0")/../../.."
 folder=${1:-build/plain-core}
 command -v valgrind >/dev/null || { echo "skipped: valgrind is not installed"; exit 77; }
-declare -A flags=([usual]="" [plain]=-DTESSERA_PLAIN_CORE [triangles]=-DTESSERA_WITHOUT_PATCHES)
+# Where code is compiled away, the compiler sees what was never set on ways that no scene takes.
+declare -A flags=(
+  [usual]=""
+  [plain]="-DTESSERA_PLAIN_CORE -Wno-maybe-uninitialized"
+  [triangles]=-DTESSERA_WITHOUT_PATCHES
+)
 for kind in usual plain triangles; do
   cmake -S . -B "$folder/$kind" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG" \
     -DCMAKE_CXX_FLAGS="${flags[$kind]}" >/dev/null
-  ninja -C "$folder/$kind" frame_once libhwy_stub >/dev/null
+  log=$folder/$kind/build.log
+  ninja -C "$folder/$kind" frame_once libhwy_stub >"$log" || {
+    grep -E 'error|FAILED' "$log" >&2
+    exit 1
+  }
 done
 # The installed libhwy reads a clock at start that valgrind does not know on every processor.
 LD_LIBRARY_PATH=$(realpath "$folder")/usual/libhwy_stub
