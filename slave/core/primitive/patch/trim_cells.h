@@ -78,9 +78,9 @@ struct TrimGrid {
 
 // The pieces of a crowded list that run through the cell, in the order in which a direction across
 // them meets them. x = n_u u + n_v v grows from what is below a piece, for which the piece does not
-// count, to what is above it, for which it does, and y = n_v u - n_u v - at runs along them. What
-// grows with y as the piece in the middle does is taken away from x; between low and high lie the
-// values of a piece within the cell, and what it and the answer may be off by. So only pieces whose
+// count, to what is above it, for which it does, and y = n_v u - n_u v - at runs along them. Taken
+// away from x is what it changes by along the longest piece, tilt y + bend y^2; a piece's range
+// holds its values within the cell, and what it and the answer may be off by. So only pieces whose
 // range holds a point's value are asked. `ordered` pieces come first, then those that end in the
 // cell or run the other way.
 struct TrimOrder {

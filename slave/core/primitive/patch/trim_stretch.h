@@ -2,6 +2,9 @@
 // What a cell sees of a piece that runs through it from border to border, and between which values
 // of a direction across it, straight or bent, all of that lies.
 //
+// Units. Places and values are in a patch's square, [0, 1] x [0, 1]. Errors: values are wider than
+// the piece by what answers may be off by (trim_piece.h), and rounded outward to float32.
+//
 // Threads. Pure functions of plain values.
 #pragma once
 
