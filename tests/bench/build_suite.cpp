@@ -2,11 +2,12 @@
 #include "tests/bench/build_suite.h"
 
 #include <malloc.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
-#include <limits>
 
 #include "common/base/cpu_count.h"
 #include "common/base/json.h"
@@ -38,13 +39,26 @@ struct Row {
   // Of each processor that one thread has run on, in turn; of several threads there is one list.
   std::vector<std::vector<double>> wall_seconds{}, cpu_seconds{};
   double megabytes = 0;
+  std::uint64_t faults = 0;  // pages touched for the first time, of the last run
 };
 
 // What a first touch of memory costs is the system's affair, and on virtual machines differs from
-// one second to the next.
-void keep_memory() {
+// one second to the next. The heap takes more than a build needs at once, for it has to find room
+// between what the last one left.
+void keep_memory(std::size_t triangles) {
+  constexpr std::size_t kBytesPerTriangle = 256, kPage = 4096;
   (void)mallopt(M_MMAP_MAX, 0);
-  (void)mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  (void)mallopt(M_TRIM_THRESHOLD, -1);
+  const std::size_t bytes = triangles * kBytesPerTriangle;
+  auto* const pages = static_cast<volatile char*>(std::malloc(bytes));
+  for (std::size_t at = 0; pages != nullptr && at < bytes; at += kPage) pages[at] = 1;
+  std::free(const_cast<char*>(pages));
+}
+
+std::uint64_t page_faults() {
+  rusage used{};
+  (void)getrusage(RUSAGE_SELF, &used);
+  return static_cast<std::uint64_t>(used.ru_minflt);
 }
 
 template <typename BuildIndex>
@@ -119,8 +133,8 @@ std::vector<Row> rows_of(const Input& input, const CoreSuiteOptions& options) {
 // threads, over those of the row. One thread is timed on each processor in turn, as two threads run
 // on two of them.
 std::string report(const std::vector<Row>& rows) {
-  std::printf("  %-16s %8s %10s %10s %12s %12s %9s\n", "", "threads", "ms", "CPU-ms", "to embree",
-              "to 1 thread", "MB");
+  std::printf("  %-16s %8s %10s %10s %12s %12s %9s %9s\n", "", "threads", "ms", "CPU-ms",
+              "to embree", "to 1 thread", "MB", "faults");
   std::string list = "[";
   for (const Row& row : rows) {
     double peer = 0, one = 0;
@@ -132,11 +146,13 @@ std::string report(const std::vector<Row>& rows) {
     }
     const double wall = seconds_at_mean_speed(row.wall_seconds);
     const double cpu = seconds_at_mean_speed(row.cpu_seconds);
-    std::printf("  %-16s %8d %10.0f %10.0f %12.2f %12.2f %9.1f\n", row.name.c_str(), row.threads,
-                1e3 * wall, 1e3 * cpu, peer / cpu, one / wall, row.megabytes);
+    std::printf("  %-16s %8d %10.0f %10.0f %12.2f %12.2f %9.1f %9llu\n", row.name.c_str(),
+                row.threads, 1e3 * wall, 1e3 * cpu, peer / cpu, one / wall, row.megabytes,
+                static_cast<unsigned long long>(row.faults));
     JsonObject json;
     json.add("name", row.name).add("threads", static_cast<std::uint64_t>(row.threads));
     json.add("wall_seconds", wall).add("cpu_seconds", cpu).add("mb", row.megabytes);
+    json.add("page_faults", row.faults);
     list += (list.size() > 1 ? "," : "") + json.text();
   }
   return list + "]";
@@ -157,7 +173,9 @@ Input every(const Input& all, std::size_t step) {
 }
 
 void run_once(Row& row, std::size_t cpu, bool is_to_warm_up) {
+  const std::uint64_t faults = page_faults();
   const Build build = row.build(row.threads);
+  row.faults = page_faults() - faults;
   row.megabytes = build.megabytes;
   if (is_to_warm_up) return;
   add_run(row.wall_seconds, cpu, build.wall_seconds);
@@ -188,13 +206,13 @@ std::string run_input(const std::string& name, const Input& input,
 }  // namespace
 
 Status run_build_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
-  if (options.keeps_memory) keep_memory();
   for (const std::string& name : options.scenes) {
     std::fprintf(stderr, "making %s\n", name.c_str());
     auto scene = make_scene(name);
     if (!scene.is_ok()) return scene.status();
     Input input;
     input.triangles = core::make_triangle_store(test::make_scene(scene->mesh), input.boxes);
+    if (options.keeps_memory) keep_memory(input.boxes.size());
     if (options.with_sizes) {
       for (const std::size_t step : {256, 64, 16, 4})
         json.push_back(run_input(name, every(input, step), options));

@@ -35,6 +35,7 @@ class Builder {
   std::vector<BvhFragment<W>> run(const Branch& root) {
     fragments_.emplace_back();
     lay_out(root, 0);
+    for (std::size_t i = 0; i < starts_.size(); ++i) make_room(starts_[i], fragments_[i + 1]);
     const auto count = static_cast<int>(starts_.size());
     run_tasks(count, thread_count_, [this](int i) { grow(static_cast<std::size_t>(i)); });
     if (splitter_.is_cancelled()) return std::move(fragments_);
@@ -67,15 +68,20 @@ class Builder {
     lay_out(branch.halves->right, depth + 1);
   }
 
-  void grow(std::size_t start) {
-    BvhFragment<W>& fragment = fragments_[start + 1];
-    const Start& from = starts_[start];
-    // A good guess saves most of the moves of growing arrays.
-    const std::size_t blocks = from.range.size() / W * 5 / 4 + 1;
+  // A good guess saves most of the moves of growing arrays. The owner's thread makes the room of
+  // all tasks: glibc keeps what is freed to the heap of the main thread, and unmaps that of others,
+  // whose pages each build would touch for the first time.
+  void make_room(const Start& start, BvhFragment<W>& fragment) const {
+    const std::size_t blocks = start.range.size() / W * 5 / 4 + 1;
     fragment.leaves = leaves_.fresh();
     fragment.leaves->reserve(blocks);
     fragment.nodes.reserve(blocks / (W / 2) + 1);
     fragment.tree.reserve(2 * blocks);
+  }
+
+  void grow(std::size_t start) {
+    BvhFragment<W>& fragment = fragments_[start + 1];
+    const Start& from = starts_[start];
     FragmentGrower<W> grower(splitter_, config_, fragment);
     fragment.costs = grower.grow(from.range, from.depth);
     if (config_.reinsertions > 0 && !splitter_.is_cancelled())
