@@ -124,7 +124,7 @@ template <class View>
 void occluded_many(const View& scene, const ManyRays& rays, uint64_t* blocked) {
   AnyCall<View> call{scene, rays, blocked};
   using Leaf = typename Tracers<View>::Leaves::template Ray<true>;
-  if constexpr (kFlies<View, Leaf> || kStreams<View, Leaf>) {
+  if constexpr (kFlies<View, Leaf> || kStreams<View, Leaf> || kTakesTurns<View, Leaf>) {
     RaysLeft<AnyCall<View>> left(rays, call);
     if (left.advance()) trace_each<Leaf>(scene, left);
   } else {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The children that a traversal has still to visit, the nearest on top.
 // Threads. One traversal owns one. The stack cannot overflow: a step down pushes at most W - 1
-// children, over at most kBvhDepthMax steps.
+// children, over at most kBvhDepthMax steps, and one child is put back.
 #include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_NODE_STACK_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -52,11 +52,17 @@ class NodeStack {
   using Node = BvhNode<View::kWidth>;
 
  public:
-  explicit NodeStack(const View& scene) : scene_(scene) {
-    if (scene.nodes != nullptr) entries_[size_++] = {0, -__builtin_inff()};
-  }
+  NodeStack() = default;  // of no use before begin()
+  explicit NodeStack(const View& scene) { begin(scene); }
   // For a traversal that begins below the root.
-  NodeStack(const View& scene, BelowRoot) : scene_(scene) {}
+  NodeStack(const View& scene, BelowRoot) : scene_(&scene) {}
+
+  // Leaves nothing but the root, of a scene that has one.
+  HWY_INLINE void begin(const View& scene) {
+    scene_ = &scene;
+    size_ = 0;
+    if (scene.nodes != nullptr) put_back(0);
+  }
 
   // The nearest child that begins at `far` or before it; kBvhNoChild where there is none.
   HWY_INLINE uint32_t next(float far) {
@@ -68,6 +74,8 @@ class NodeStack {
   }
 
   HWY_INLINE void clear() { size_ = 0; }
+  // Adds what is to be visited next, in place of the child that was taken last.
+  HWY_INLINE void put_back(uint32_t child) { entries_[size_++] = {child, -__builtin_inff()}; }
 
   // Returns: the nearest of the children, which is not pushed as the others are; kBvhNoChild
   // without any.
@@ -98,7 +106,7 @@ class NodeStack {
     const int first = __builtin_ctz(bits);
     for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
       const uint32_t child = node.child[__builtin_ctz(bits)];
-      fetch_child<kLines>(scene_, child);
+      fetch_child<kLines>(*scene_, child);
       entries_[size_++] = {child, -__builtin_inff()};
     }
     return node.child[first];
@@ -107,7 +115,7 @@ class NodeStack {
  private:
   // Keeps the entries from `base` on sorted.
   HWY_INLINE void insert(const StackEntry& entry, int base) {
-    fetch_child<kLines>(scene_, entry.child);
+    fetch_child<kLines>(*scene_, entry.child);
     int at = size_++;
     for (; at > base && entries_[at - 1].distance < entry.distance; --at) {
       entries_[at] = entries_[at - 1];
@@ -115,8 +123,8 @@ class NodeStack {
     entries_[at] = entry;
   }
 
-  const View& scene_;
-  StackEntry entries_[kBvhDepthMax * (View::kWidth - 1)];
+  const View* scene_ = nullptr;
+  StackEntry entries_[kBvhDepthMax * (View::kWidth - 1) + 1];
   int size_ = 0;
 };
 

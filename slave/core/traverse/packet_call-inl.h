@@ -16,6 +16,7 @@
 #include "slave/core/traverse/bvh_packet-inl.h"
 #include "slave/core/traverse/bvh_ray-inl.h"
 #include "slave/core/traverse/bvh_stream-inl.h"
+#include "slave/core/traverse/bvh_turns-inl.h"
 #include "slave/core/traverse/kd-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -155,6 +156,8 @@ HWY_INLINE void trace_each(const View& scene, Rays& rays) {
     BvhFlight<View, Leaf>(scene).run(rays);
   } else if constexpr (kStreams<View, Leaf>) {
     BvhStream<View, Leaf>(scene).run(rays);
+  } else if constexpr (kTakesTurns<View, Leaf>) {
+    BvhTurns<View, Leaf>(scene).run(rays);
   } else {
     SingleRay ray;
     for (int i = rays.next(ray); i >= 0; i = rays.next(ray)) rays.ended(i, rays.alone(ray));
