@@ -176,6 +176,19 @@ TEST(PatchScenes, MeshesAndMovedSurfacesAreMetAndCountedInOrder) {
   expect_as_brute_force(mixed_scene(), "torus", count_of(4096));
 }
 
+// No cut tells triangles of one box apart: a leaf holds blocks of them.
+TEST(PatchScenes, TrianglesOfOneBoxAreMetInAllBlocksOfTheirLeaf) {
+  Scene scene = test::patch_scene_of("torus");
+  Mesh mesh = test::make_random_triangles(100, 0.3f, 7);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    mesh.positions[3 * t] = {-1, -1, -1};
+    mesh.positions[3 * t + 1] = {1, 1, 1};
+  }
+  scene.meshes = {std::make_shared<const Mesh>(std::move(mesh))};
+  scene.instances.push_back({0, {}});
+  expect_as_brute_force(scene, "torus", count_of(2048));
+}
+
 // A loop of four lines around (u, v).
 void cut_square(PatchSurface& surface, float u, float v, float half) {
   const auto in = [](float x) { return std::clamp(x, 0.0f, 1.0f); };

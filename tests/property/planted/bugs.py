@@ -30,8 +30,9 @@ BUGS = (
     Bug("begin_ignored", "hits before t_min count", "ray/one_ray-inl.h",
         "t >= t_min", "true", "core_kernels"),
     Bug("any_stops_late", "a far leaf is left out of an any-hit search", "traverse/node_stack-inl.h",
-        "entries_[size_++] = {child, -__builtin_inff()};",
-        "if (size_ % 7 != 6) entries_[size_++] = {child, -__builtin_inff()};", "core_kernels"),
+        "fetch_child<kLines>(*scene_, child);", "if (size_ % 7 == 6) continue;", "core_kernels"),
+    Bug("turn_block_lost", "a ray that takes turns visits one block of a leaf", "traverse/bvh_turns-inl.h",
+        "slot.stack.put_back(child + 1 - (1u << kBvhCountShift));", "static_cast<void>(child);", "core_patch_scenes"),
     # Packets.
     Bug("frustum_slack", "the planes of a fan are moved in by what they may be off", "ray/fan_rays-inl.h",
         "bound + sign * abs_of(bound) * (8 * kRoundoff)", "bound - sign * abs_of(bound) * (8 * kRoundoff)",
