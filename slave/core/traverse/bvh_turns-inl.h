@@ -31,7 +31,7 @@ namespace HWY_NAMESPACE {
 template <class View, class Leaf>
 constexpr bool kTakesTurns = false;
 template <int W, class Shapes, class Leaf>
-  requires requires { typename Leaf::Settling; }
+requires requires { typename Leaf::Settling; }
 constexpr bool kTakesTurns<BvhView<W, Shapes>, Leaf> =
     !kFlies<BvhView<W, Shapes>, Leaf> && !Leaf::kSettlesAtOnce && kLanesOf<FloatsOf<W>> == W;
 
@@ -94,8 +94,7 @@ bool BvhTurns<View, Leaf>::visit_all(Slot& slot, Settling& settling) {
     if ((child & kBvhLeaf) == 0) {
       const BvhNode<W>& node = scene_.nodes[child];
       const uint32_t met = slot.slabs.overlapping(slot.ray, node, t_in);
-      child =
-          kAny ? slot.stack.descend_unsorted(node, met) : slot.stack.descend(node, met, t_in);
+      child = kAny ? slot.stack.descend_unsorted(node, met) : slot.stack.descend(node, met, t_in);
       if (child != kBvhNoChild) continue;
     } else {
       const uint32_t block = leaf_first(child);
