@@ -35,7 +35,11 @@ class Builder {
   std::vector<BvhFragment<W>> run(const Branch& root) {
     fragments_.emplace_back();
     lay_out(root, 0);
-    for (std::size_t i = 0; i < starts_.size(); ++i) make_room(starts_[i], fragments_[i + 1]);
+    for (std::size_t i = 0; i < starts_.size(); ++i) {
+      const std::size_t blocks = starts_[i].range.size() / W * 5 / 4 + 1;
+      make_room<W>(leaves_, blocks, fragments_[i + 1]);
+      fragments_[i + 1].tree.reserve(2 * blocks);
+    }
     const auto count = static_cast<int>(starts_.size());
     run_tasks(count, thread_count_, [this](int i) { grow(static_cast<std::size_t>(i)); });
     if (splitter_.is_cancelled()) return std::move(fragments_);
@@ -66,17 +70,6 @@ class Builder {
     const auto right = static_cast<std::uint32_t>(fragments_[0].tree.size());
     fragments_[0].tree[index].right = right;
     lay_out(branch.halves->right, depth + 1);
-  }
-
-  // A good guess saves most of the moves of growing arrays. The owner's thread makes the room of
-  // all tasks: glibc keeps what is freed to the heap of the main thread, and unmaps that of others,
-  // whose pages each build would touch for the first time.
-  void make_room(const Start& start, BvhFragment<W>& fragment) const {
-    const std::size_t blocks = start.range.size() / W * 5 / 4 + 1;
-    fragment.leaves = leaves_.fresh();
-    fragment.leaves->reserve(blocks);
-    fragment.nodes.reserve(blocks / (W / 2) + 1);
-    fragment.tree.reserve(2 * blocks);
   }
 
   void grow(std::size_t start) {

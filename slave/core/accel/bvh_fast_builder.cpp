@@ -66,7 +66,7 @@ class Builder {
     parts[0].root = branch_of_grid(0, 0, bins);
     std::vector<Part<W>> below;
     build_node(parts[0].root, bins, parts[0], &below);
-    for (Part<W>& part : below) make_room(part);
+    for (Part<W>& part : below) make_room<W>(leaves_, part.root.range.size() / W * 7 / 4 + 1, part);
     run_tasks(static_cast<int>(below.size()), control_.thread_count, [&](int i) {
       Part<W>& part = below[static_cast<std::size_t>(i)];
       SahBins own;
@@ -92,14 +92,6 @@ class Builder {
     const GridRange& at = ranges_[index];
     if (at.left == 0) return branch_of(at.range, depth, bins);
     return {at.range, {}, static_cast<std::int32_t>(index), false, depth};
-  }
-  // A good guess saves most of the moves of a growing array. Why the owner's thread makes the room
-  // of tasks, stands in bvh_builder.cpp.
-  void make_room(Part<W>& part) const {
-    const std::size_t blocks = part.root.range.size() / W * 7 / 4 + 1;
-    part.leaves = leaves_.fresh();
-    part.leaves->reserve(blocks);
-    part.nodes.reserve(blocks / (W / 2) + 1);
   }
   std::pair<Branch, Branch> halves_of(const Branch& branch, SahBins& bins) const {
     const int depth = branch.depth + 1;
