@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The calls for rays with origins of their own, as many as there are. A packet of them that forms a
 // bundle is traced together where that pays. The rays of all other packets have nothing in common
-// and fly together (bvh_flight-inl.h), stream (bvh_stream-inl.h) or go one by one, whatever the
-// structure and the instruction set have.
+// and fly together (bvh_flight-inl.h), stream (bvh_stream-inl.h), take turns (bvh_turns-inl.h) or
+// go one by one, whatever the structure and the instruction set have.
 //
 // Threads. A call writes what it is given, and nothing else.
 #include "slave/core/traverse/view_layout.h"
@@ -118,8 +118,8 @@ struct AnyCall {
   }
 };
 
-// Rays that neither fly nor stream go one by one. What blocked one of them is tested first for the
-// next, of whatever packet.
+// Where rays neither fly nor stream nor take turns they go one by one. What blocked one of them is
+// tested first for the next, of whatever packet.
 template <class View>
 void occluded_many(const View& scene, const ManyRays& rays, uint64_t* blocked) {
   AnyCall<View> call{scene, rays, blocked};
