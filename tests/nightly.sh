@@ -21,7 +21,7 @@ parts=(
   "sim|the cluster in virtual time: tessera-sim --seeds 100000"
   "planted|bugs planted on purpose: tests/sim/planted_bugs.py, tests/property/planted/planted_bugs.py"
   "property|what holds for all inputs, at length: tests/long_tests.py -L property"
-  "run|every test, sanitizers, lock annotations, lint: tests/run.sh --no-install"
+  "run|every test, lint, sanitizers: tests/run.sh --sanitizers --no-install"
   "fuzz|ten minutes for each fuzz target: tests/fuzz.sh"
   "gallery|every scene that is at hand: tests/gallery/run.py"
   "cad|1,000 damaged CAD files: tests/fuzz/cad/damaged_cad_test.py"
@@ -100,7 +100,7 @@ run_part() {
     sim) "$bin/tessera-sim" --seeds 100000 ;;
     planted) both tests/sim/planted_bugs.py tests/property/planted/planted_bugs.py ;;
     property) python3 tests/long_tests.py build/release -L property ;;
-    run) tests/run.sh --no-install ;;
+    run) tests/run.sh --sanitizers --no-install ;;
     fuzz) tests/fuzz.sh --seconds "$fuzz_seconds" ;;
     gallery) python3 tests/gallery/run.py --bin "$bin" --out "$logs/gallery" ;;
     cad) python3 tests/long_tests.py build/release -R cad_damaged_files ;;

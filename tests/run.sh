@@ -6,12 +6,12 @@ cd "$(dirname "$0")/.."
 
 usage() {
   cat <<'END'
-Usage: tests/run.sh [--quick] [--require LABEL,...] [--preset NAME] [--no-install]
+Usage: tests/run.sh [--quick | --sanitizers] [--require LABEL,...] [--preset NAME] [--no-install]
 
-  --quick         the release build only; else also, after it: address + undefined behaviour
-                  sanitizers on unit, link and fuzz tests, thread sanitizer on cluster tests, and
-                  clang's lock annotations (compile only, where clang-14 is installed), and
-                  tests/lint.sh (formatting, headers alone, scripts; where its tools are)
+  --quick         the release build's tests only; else also, after them: tests/lint.sh (formatting,
+                  headers alone, lock annotations, scripts; where its tools are)
+  --sanitizers    and address + undefined behaviour sanitizers on unit, link and fuzz tests, thread
+                  sanitizer on cluster tests: twice as long
   --require LIST  skips of tests with these labels (lab, compose, embree, ...) are failures;
                   what those tests need is installed first
   --preset NAME   this preset alone, with all tests that it has
@@ -20,12 +20,14 @@ END
 }
 
 is_quick=no
+with_sanitizers=no
 is_install=yes
 require=
 only=
 while (($# > 0)); do
   case $1 in
     --quick) is_quick=yes && shift ;;
+    --sanitizers) with_sanitizers=yes && shift ;;
     --no-install) is_install=no && shift ;;
     --require | --preset)
       if (($# < 2)); then
@@ -88,23 +90,14 @@ if [[ -n $only ]]; then
 else
   run_preset release "" "$require"
 fi
-if [[ -z $only && $is_quick == no ]]; then
+if [[ -z $only && $with_sanitizers == yes ]]; then
   export ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1
   export LSAN_OPTIONS=suppressions=$PWD/tests/leaks_elsewhere.txt:print_suppressions=0
   run_preset asan '^(unit|links|fuzz)$' "" tests_unit tests_links tests_fuzz programs
   export TSAN_OPTIONS="halt_on_error=1 second_deadlock_stack=1"
   run_preset tsan '^cluster-small$' "" tests_cluster-small programs
-  if command -v clang++-14 >/dev/null; then
-    echo "== clang-annotations: compiling"
-    if deploy/build.sh --preset clang-annotations; then
-      annotations=compiled
-    else
-      annotations=failed
-      failed+=("clang-annotations: build")
-    fi
-  else
-    annotations="skipped: clang-14 is not installed (deploy/install-dependencies.sh --with lint)"
-  fi
+fi
+if [[ -z $only && $is_quick == no ]]; then
   echo "== lint"
   code=0
   tests/lint.sh || code=$?
@@ -120,7 +113,6 @@ echo "== after $((SECONDS - began)) s"
 for preset in "${summaries[@]}"; do
   echo "$preset: $(cat "build/$preset/skipped.txt")"
 done
-if [[ -n ${annotations:-} ]]; then echo "clang-annotations: $annotations"; fi
 if [[ -n ${lint:-} ]]; then echo "lint: $lint"; fi
 for ((i = ${#summaries[@]} - 1; i >= 0; --i)); do  # the summary of the release build comes last
   echo "${summaries[i]}:"
