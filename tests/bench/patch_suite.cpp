@@ -9,6 +9,7 @@
 #include "common/base/json.h"
 #include "slave/core/primitive/freeform/patch_point.h"
 #include "slave/core/primitive/patch/patch_answer_abi.h"
+#include "slave/core/primitive/patch/patch_horizon.h"
 #include "slave/core/ray/packet_layout.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/patch_scene.h"
@@ -154,7 +155,8 @@ std::vector<RayStart> starts_on_patches(const core::PatchStore& patches, const W
       const core::SubPatch& part = patches.parts[hits[b].primitive[i]];
       const auto met = patch_point(patches.patches[part.patch], part, &o.x, &d.x, hits[b].t[i]);
       const Vec3f normal = dot(met.normal, d) > 0 ? -met.normal : met.normal;
-      start = {true, met.point + normal * met.offset, normal};
+      start = {true, met.point + normal * met.offset, normal, part.primitive,
+               horizon_at(patches.patches[part.patch], part, met.u, met.v, met.point, normal)};
     }
   }
   return starts;

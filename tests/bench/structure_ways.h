@@ -74,7 +74,8 @@ class StructureWays {
     return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
             {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
             0,
-            rays.t_max[i]};
+            rays.t_max[i],
+            {rays.has_excluded ? rays.excluded[i] : core::kNoPrimitive, core::kNoPrimitive}};
   }
 
   // Finds the node where the fans of a block of 32x32 pixels begin. Returns: whether there is such
@@ -149,7 +150,12 @@ class StructureWays {
       for (int i = 0; i < rays.count; ++i) targets->direction[a][i] = -rays.direction[a][i];
     }
     table_.group_fans(*targets);
-    const core::ShadowFans fans{targets.get(), {light.x, light.y, light.z}, 1e-4f, 1};
+    const core::ShadowFans fans{targets.get(),
+                                {light.x, light.y, light.z},
+                                1e-4f,
+                                1,
+                                core::kNoPrimitive,
+                                rays.has_excluded ? rays.excluded : nullptr};
     std::fill_n(hits.t, rays.count, 0.0f);
     if constexpr (kRays > 0) return trace_light_fans_of(kRays, fans, *targets, hits);
     std::uint64_t blocked[core::kFanTargetsMax];
@@ -208,7 +214,8 @@ class StructureWays {
             rays.t_max,
             active.of,
             packets,
-            &habit};
+            &habit,
+            rays.has_excluded ? rays.excluded : nullptr};
   }
 
   void trace_many(const RayBlock& rays, BlockHits& hits) {

@@ -21,13 +21,16 @@ int every_second(int k) {
   return result;
 }
 
-void push(Workload& work, Vec3f origin, Vec3f direction, float t_max) {
+void push(Workload& work, const RayStart& start, Vec3f direction, float t_max) {
   if (work.blocks.empty() || work.blocks.back().count == kBlockRays) work.blocks.emplace_back();
   RayBlock& block = work.blocks.back();
   for (int a = 0; a < 3; ++a) {
-    block.origin[a][block.count] = origin[a];
+    block.origin[a][block.count] = start.point[a];
     block.direction[a][block.count] = direction[a];
   }
+  const bool is_above = dot(start.normal, direction) > start.horizon * length(direction);
+  block.excluded[block.count] = is_above ? start.primitive : core::kNoPrimitive;
+  block.has_excluded |= is_above;
   block.t_max[block.count++] = t_max;
   ++work.ray_count;
 }
@@ -55,7 +58,7 @@ Workload primary_rays(const Camera& camera, int size_px) {
     for (int x = 0; x < size_px; x += kBlockEdge) {
       for (int k = 0; k < kBlockRays; ++k) {
         const Vec3f d = rays.direction(x + every_second(k) + 0.5, y + every_second(k >> 1) + 0.5);
-        push(work, rays.origin(), normalize(d), std::numeric_limits<float>::infinity());
+        push(work, {true, rays.origin(), {}}, normalize(d), std::numeric_limits<float>::infinity());
       }
     }
   }
@@ -93,9 +96,9 @@ SecondaryRays secondary_rays(const std::vector<RayStart>& starts, Vec3f light) {
   for (std::size_t number = 0; number < starts.size(); ++number) {
     const RayStart& start = starts[number];
     if (!start.is_hit) continue;
-    push(result.shadow, start.point, light - start.point, 0.9999f);
+    push(result.shadow, start, light - start.point, 0.9999f);
     const Vec2f sample = core::sample_2d(core::mix_bits(static_cast<std::uint32_t>(number)), 0);
-    push(result.bounce, start.point, cosine_direction(start.normal, sample),
+    push(result.bounce, start, cosine_direction(start.normal, sample),
          std::numeric_limits<float>::infinity());
   }
   return result;

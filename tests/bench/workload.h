@@ -7,10 +7,13 @@
 // Threads. Plain values.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/ray/horizon_layout.h"
+#include "slave/core/ray/packet_layout.h"
 #include "tests/bench/scenes.h"
 
 namespace tessera::bench {
@@ -26,7 +29,9 @@ struct alignas(64) RayBlock {
   float origin[3][kBlockRays];
   float direction[3][kBlockRays];
   float t_max[kBlockRays];
+  std::uint32_t excluded[kBlockRays];  // as core::ManyRays has them; where has_excluded
   int count = 0;
+  bool has_excluded = false;
 };
 
 struct Workload {
@@ -55,6 +60,8 @@ SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit
 struct RayStart {
   bool is_hit = false;
   Vec3f point, normal;
+  std::uint32_t primitive = core::kNoPrimitive;  // that is not met again above `horizon`
+  float horizon = core::kNoHorizon;
 };
 // The same for starts that the caller has found, one for each primary ray.
 SecondaryRays secondary_rays(const std::vector<RayStart>& starts, Vec3f light);

@@ -7,6 +7,7 @@
 
 #include "common/math/rounding.h"
 #include "slave/core/integrate/light_samples.h"
+#include "slave/core/integrate/own_primitive.h"
 #include "slave/core/ray/ray_bits.h"
 
 namespace tessera::core {
@@ -71,7 +72,9 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
     if (!samples_.is_active(i)) continue;
     const Surface& s = batch.surface[i];
     const float distance = length(samples_.direction(i));
-    ask(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
+    const Vec3f from_light = s.point + s.normal * (s.offset + gamma(2) * distance) - light.position;
+    exclude_own(memory_.groups, memory_.groups.count(), own_of(s), s.normal, -from_light);
+    ask(i, from_light);
   }
   // What is so close to the light that rounding hides the distance is the light's housing.
   constexpr float kBegin = 4 * kUnitRoundoff;
@@ -88,12 +91,14 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
 }
 
 // Makes the active rays of a group, of which there may be none, the next packet.
-void DirectLight::put_group(int group, float t_max) {
+void DirectLight::put_group(const SurfaceBatch& batch, int group, float t_max) {
   int place = memory_.rays.packet_count() * kPacketRays;
   for (const int ray : memory_.groups.group(group)) {
     const int s = memory_.surface[ray];
     if (!samples_.is_active(s)) continue;
     memory_.rays.put(place, samples_.start(s), samples_.direction(s), t_max);
+    const Surface& from = batch.surface[s];
+    exclude_own(memory_.rays, place, own_of(from), from.normal, samples_.direction(s));
     memory_.lit[place++] = s;
   }
 }
@@ -104,7 +109,7 @@ std::uint64_t DirectLight::trace_groups(const SurfaceBatch& batch, float t_max, 
   const int groups = memory_.groups.group_count();
   for (int g = 0; g < groups;) {
     rays.clear();
-    while (g < groups && rays.packet_count() < RayList::kPacketsMax) put_group(g++, t_max);
+    while (g < groups && rays.packet_count() < RayList::kPacketsMax) put_group(batch, g++, t_max);
     context_.tracer.occluded(rays.many(), memory_.blocked);
     for (int p = 0; p < rays.packet_count(); ++p) {
       for_each_ray(rays.active(p) & ~memory_.blocked[p],

@@ -61,7 +61,7 @@ class DirectLight {
     memory_.surface[memory_.groups.count()] = surface;
     memory_.groups.add(seen_from_light);
   }
-  void put_group(int group, float t_max);
+  void put_group(const SurfaceBatch& batch, int group, float t_max);
   // Traces the active rays of the groups that have been formed.
   std::uint64_t trace_groups(const SurfaceBatch& batch, float t_max, Vec3f* radiance);
   void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;

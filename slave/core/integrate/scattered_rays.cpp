@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "slave/core/bsdf/specular.h"
+#include "slave/core/integrate/own_primitive.h"
 #include "slave/core/ray/ray_bits.h"
 
 namespace tessera::core {
@@ -85,6 +86,7 @@ void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Sc
   memory_.pixel[ray] = batch.pixel[asked.surface];
   memory_.key[ray] = asked.key;
   memory_.rays.put(ray, s.point + outward * s.offset, out.direction);
+  if (!out.is_through) exclude_own(memory_.rays, ray, own_of(s), s.normal, out.direction);
   memory_.weight[ray] = out.weight;
   memory_.pdf[ray] = out.pdf;
   memory_.cone[ray] = s.cone.widened(out.widening);
@@ -94,6 +96,8 @@ void ScatteredRays::put(const int* numbers, int n, RayList& list, int packet) co
   for (int i = 0; i < n; ++i) {
     list.put(packet * kPacketRays + i, memory_.rays.origin(numbers[i]),
              memory_.rays.direction(numbers[i]));
+    const std::uint32_t own = memory_.rays.excluded(numbers[i]);
+    if (own != kNoPrimitive) list.exclude(packet * kPacketRays + i, own);
   }
 }
 

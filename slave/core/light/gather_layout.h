@@ -22,9 +22,10 @@ struct alignas(64) GatherPoints {
   alignas(64) float shading[3][kGatherRoom];  // unit
   alignas(64) float offset[kGatherRoom];      // see surface_offset.h
   uint32_t key[kGatherRoom];                  // pixel_key() of the caller's choice
-  // The triangle that the point lies on, or kNoPrimitive where that is a sliver, whose normal says
-  // little.
-  alignas(64) uint32_t triangle[kGatherRoom];
+  // The primitive that the point lies on, and how steep rays are that do not meet it again
+  // (horizon_layout.h); kNoPrimitive where that is a sliver, whose normal says little.
+  alignas(64) uint32_t primitive[kGatherRoom];
+  alignas(64) float horizon[kGatherRoom];
   // Irradiance over pi: times the albedo it is the radiance that a diffuse surface reflects.
   alignas(64) float light[3][kGatherRoom];
   // Bounds of the points and of their shading normals; see bound_points().
@@ -35,8 +36,8 @@ struct alignas(64) GatherPoints {
 struct alignas(64) GatherRays {
   FanTargets targets;                       // seen from the VPL, to just above the points
   alignas(64) int32_t point[kGatherRoom];   // by ray: the point that it goes to
-  bool is_origin_excluded;                  // whether no ray can meet the VPL's own triangle
-  uint32_t excluded[kGatherRoom];           // by ray: the triangle of its point, or kNoPrimitive
+  bool is_origin_excluded;                  // whether no ray can meet the VPL's own primitive
+  uint32_t excluded[kGatherRoom];           // by ray: the primitive of its point, or kNoPrimitive
   alignas(64) float strength[kGatherRoom];  // by point: factor of the VPL's rgb; 0: gets none
 };
 

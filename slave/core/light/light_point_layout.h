@@ -5,6 +5,8 @@
 
 #include <stdint.h>
 
+#include "slave/core/ray/horizon_layout.h"
+
 namespace tessera::core {
 
 // Kinds of light that is shed from one place: shares of a surface (a VPL proper, or a point of an
@@ -27,8 +29,10 @@ struct LightPoint {
   float cos_inner, cos_outer;  // kSpot, see Light
   float t_min;                 // of shadow rays that leave it
   LightPointKind kind;
-  // kSurface, kEmitter: the triangle that the point lies on, unless it is a sliver.
-  uint32_t triangle = 0xffffffffu;
+  // kSurface, kEmitter: the primitive that the point lies on, and how steep rays are that do not
+  // meet it again (horizon_layout.h). None for slivers.
+  uint32_t primitive = 0xffffffffu;
+  float horizon = kPlaneHorizon;
 };
 
 }  // namespace tessera::core

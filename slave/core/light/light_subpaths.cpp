@@ -139,7 +139,7 @@ LightPoint LightSubpaths::place(Vec2f x) const {
     point.kind = LightPointKind::kEmitter;
     put(point.position, on.at.point + on.normal * on.at.offset);
     put(point.normal, on.normal);
-    if (!e.is_patch() && !is_sliver(e.edge_b, e.edge_c)) point.triangle = e.triangle;
+    if (!e.is_patch() && !is_sliver(e.edge_b, e.edge_c)) point.primitive = e.triangle;
     put(point.rgb, on.emission * (on.area / (e.share * p.chance)));
     return point;
   }

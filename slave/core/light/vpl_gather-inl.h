@@ -27,9 +27,10 @@ constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
 // is beyond that plane, too. With w the normal as computed, off by e, the other end at d and the
 // triangle's own end at most `offset` off its plane, that is w.d > e |d| + offset, with the
 // roundings of w.d, 4 u |d|. Triangles whose edges from A make a sine of 2^-8 or more have e <
-// 2^-14 (slivers have no number here): 2^-12 |d| is enough. At the VPL the test takes the ray's own
-// direction, since the ray begins at the VPL's offset already.
-constexpr float kApart = 0x1p-12f;
+// 2^-14 (slivers have no number here): 2^-12 |d|, kPlaneHorizon, is enough. At the VPL the test
+// takes the ray's own direction, since the ray begins at the VPL's offset already. Other primitives
+// have horizons of their own.
+static_assert(kPlaneHorizon == 0x1p-12f);
 
 HWY_INLINE bool is_surface(const LightPoint& light) {
   return light.kind == LightPointKind::kSurface || light.kind == LightPointKind::kEmitter;
@@ -119,11 +120,11 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     store_packed(direction.x, is_lit, rays.targets.direction[0] + count);
     store_packed(direction.y, is_lit, rays.targets.direction[1] + count);
     store_packed(direction.z, is_lit, rays.targets.direction[2] + count);
-    const auto is_above_point = above > distance * kApart + (own + own);
-    const auto is_above_light = dot(axis, direction) > (distance + off) * kApart;
+    const auto is_above_point = above > distance * load<V>(p.horizon + i) + (own + own);
+    const auto is_above_light = dot(axis, direction) > (distance + off) * light.horizon;
     rays.is_origin_excluded &= is_all<V>(is_above_light || !is_lit);
-    const auto triangle = load<VI>(reinterpret_cast<const int32_t*>(p.triangle) + i);
-    store_packed(select(is_above_point, triangle, set<VI>(-1)), is_lit,
+    const auto primitive = load<VI>(reinterpret_cast<const int32_t*>(p.primitive) + i);
+    store_packed(select(is_above_point, primitive, set<VI>(-1)), is_lit,
                  reinterpret_cast<int32_t*>(rays.excluded) + count);
     store_packed(counting_from<VI>(i), is_lit, rays.point + count);
     count += static_cast<int>(count_of<V>(is_lit));

@@ -37,6 +37,16 @@ struct BundleRays : PacketRays {
   HWY_INLINE void direction_of(size_t ray, float* to) const {
     for (int a = 0; a < 3; ++a) to[a] = direction[a][ray];
   }
+  // Bits of those of the rays that are known not to meet the primitive.
+  HWY_INLINE uint64_t excluding(uint64_t rays, int32_t primitive) const {
+    uint64_t found = 0;
+    if (excluded == nullptr) return found;
+    for (; rays != 0; rays &= rays - 1) {
+      const auto ray = static_cast<size_t>(__builtin_ctzll(rays));
+      found |= uint64_t{static_cast<int32_t>(excluded[ray]) == primitive} << ray;
+    }
+    return found;
+  }
   // Result of the test of one primitive against a row of rays.
   struct RowTest {
     V t;
@@ -64,6 +74,7 @@ struct BundleRays : PacketRays {
   alignas(64) float length[kPacketRays];  // sum of |direction|
   alignas(64) float start[kPacketRays];   // depth at which the ray begins
   alignas(64) float row_far[kRows];       // z_far of each row
+  const uint32_t* excluded = nullptr;     // ManyRays::excluded
   float reach = 0;  // largest distance, by axis, of a ray's origin from the frustum's
   alignas(64) float from[3][kPacketRays];                        // origins
   alignas(64) float shear_x[kPacketRays], shear_y[kPacketRays];  // dx / dz, dy / dz
@@ -99,6 +110,7 @@ inline bool BundleRays::setup(const ManyRays& rays) {
   if (kLanes == 1 || __builtin_popcountll(valid) < kRaysLeast) return false;
   const size_t middle = middle_of(valid);
   count = __builtin_popcountll(valid);
+  excluded = rays.excluded;
   aim(rays, middle);
   for (size_t r = 0; r < kRows; ++r) {
     if (!setup_row(rays, r, valid, middle)) return false;

@@ -19,25 +19,11 @@
 #endif
 
 #include "slave/core/ray/packet_rays-inl.h"
+#include "slave/core/ray/shadow_fan-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
-
-// One of the fans of ShadowFans.
-struct ShadowFan {
-  HWY_INLINE ShadowFan(const ShadowFans& all, int g)
-      : fans(all),
-        first(static_cast<size_t>(all.targets->group[g])),
-        count(static_cast<size_t>(all.targets->group[g + 1]) - first),
-        face(all.targets->face[g]),
-        active(~uint64_t{0} >> (kPacketRays - count)) {}
-
-  const ShadowFans& fans;
-  size_t first, count;  // of `order`
-  int face;
-  uint64_t active;
-};
 
 struct FanRays : PacketRays {
   // A fan that gets through setup() is traced as one, however many steps it takes.
@@ -78,16 +64,22 @@ struct FanRays : PacketRays {
   // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const;
   HWY_INLINE void direction_of(size_t ray, float* to) const {
-    const size_t number = numbers == nullptr ? ray : static_cast<size_t>(numbers[ray]);
-    for (int a = 0; a < 3; ++a) to[a] = direction[a][number];
+    for (int a = 0; a < 3; ++a) to[a] = direction[a][number_of(ray)];
   }
-  // Bits of those of the rays that end next to the primitive and are known not to meet it.
+  HWY_INLINE size_t number_of(size_t ray) const {
+    return numbers == nullptr ? ray : static_cast<size_t>(numbers[ray]);
+  }
+  // Bits of those of the rays that are known not to meet the primitive.
+  HWY_INLINE uint64_t excluding(uint64_t rays, int32_t primitive) const {
+    return excluded == primitive ? rays : ending_at(rays, primitive);
+  }
+  // The same of the primitives that they end next to.
   HWY_INLINE uint64_t ending_at(uint64_t rays, int32_t primitive) const {
     uint64_t found = 0;
     if (excluded_at_end == nullptr) return found;
     for (; rays != 0; rays &= rays - 1) {
       const auto ray = static_cast<size_t>(__builtin_ctzll(rays));
-      const uint32_t at_end = excluded_at_end[numbers[ray]];
+      const uint32_t at_end = excluded_at_end[number_of(ray)];
       found |= uint64_t{static_cast<int32_t>(at_end) == primitive} << ray;
     }
     return found;
@@ -143,6 +135,7 @@ struct FanRays : PacketRays {
 
   V least_per_depth_;  // over valid rays, in each lane
   alignas(64) float own_[3][kPacketRays];
+  uint32_t own_excluded_[kPacketRays];  // of valid rays
 };
 
 HWY_INLINE uint64_t FanRays::valid_rays(const Fan& rays) {
@@ -262,10 +255,12 @@ inline void FanRays::line_up() {
     float d[3];
     direction_of((valid >> ray & 1u) != 0 ? ray : middle, d);
     for (int a = 0; a < 3; ++a) own_[a][ray] = d[a];
+    if (excluded_at_end != nullptr && (valid >> ray & 1u) != 0)
+      own_excluded_[ray] = excluded_at_end[number_of(ray)];
   }
+  if (excluded_at_end != nullptr) excluded_at_end = own_excluded_;
   for (int a = 0; a < 3; ++a) direction[a] = own_[a];
   numbers = nullptr;
-  excluded_at_end = nullptr;
 }
 
 HWY_INLINE void FanRays::bound() {

@@ -28,7 +28,8 @@ inline ManyRays packets_from(const ManyRays& rays, int first, int count) {
           rays.t_max + at,
           rays.active + first,
           count,
-          rays.habit};
+          rays.habit,
+          rays.excluded == nullptr ? nullptr : rays.excluded + at};
 }
 
 }  // namespace tessera::core

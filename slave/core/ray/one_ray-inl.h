@@ -70,6 +70,11 @@ struct OneRay : BoxRay {
   static HWY_INLINE bool setup_each(const Ray& to, const Given& given, const SceneBox& scene);
 
   bool has_hit() const { return best != -1; }
+  // Whether the ray is known not to meet the primitive (SingleRay::excluded).
+  HWY_INLINE bool excludes(uint32_t primitive) const {
+    const auto number = static_cast<int32_t>(primitive);
+    return (excluded[0] == number) | (excluded[1] == number);
+  }
   // Whether a hit at t is nearer than what the ray has, or at the same t and of a lower number.
   HWY_INLINE bool is_nearer(float t, int32_t primitive) const {
     const bool is_lower = best == -1 || primitive < best;

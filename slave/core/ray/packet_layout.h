@@ -83,6 +83,8 @@ struct ManyRays {
   const uint64_t* active;  // by packet, as in FanPacket
   int packet_count;
   PacketHabit* habit;
+  const uint32_t* excluded =
+      nullptr;  // by ray, as ShadowFans::excluded_at_end; null: none is known
 };
 
 // 64 of such rays. A hit needs t_min <= t <= t_max.
@@ -115,9 +117,9 @@ struct alignas(64) FanTargets {
 };
 
 // The fans of FanTargets, of which only is asked whether something blocks them. The excluded
-// primitives are planar ones that a ray is known not to meet in exact arithmetic, although it
-// begins or ends next to them (a curved one may be met again). Traversal skips their tests, which
-// changes nothing but time.
+// primitives are ones that a ray is known not to meet, although it begins or ends next to them (see
+// horizon_layout.h). Traversal may skip their tests, which changes nothing but time, except for
+// hits that the rounding of where the ray begins or ends has made.
 struct ShadowFans {
   const FanTargets* targets;  // grouped
   float origin[3];

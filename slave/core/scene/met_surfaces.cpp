@@ -4,6 +4,7 @@
 #include <new>
 
 #include "slave/core/primitive/freeform/patch_point.h"
+#include "slave/core/primitive/patch/patch_horizon.h"
 #include "slave/core/ray/ray_bits.h"
 #include "slave/core/simd/axis_arrays.h"
 
@@ -113,14 +114,17 @@ void MetSurfaces::find_on_patches(const Packet& rays, const PacketHits& hits) {
     const Vec3f direction{from.direction[0], from.direction[1], from.direction[2]};
     const bool is_front = dot(at.normal, direction) < 0;
     put_vector(at.point, points.point, i);
-    put_vector(is_front ? at.normal : -at.normal, points.normal, i);
+    const Vec3f normal = is_front ? at.normal : -at.normal;
+    const float horizon = horizon_at(*there.patch, *there.part, at.u, at.v, at.point, normal);
+    put_vector(normal, points.normal, i);
     points.offset[i] = at.offset;
+    points.horizon[i] = horizon;
     points.u[i] = at.u;
     points.v[i] = at.v;
     points.distance[i] = hits.t[i] * length(direction);
     points.met |= std::uint64_t{1} << i;
     points.front |= std::uint64_t{is_front} << i;
-    points.sliver |= std::uint64_t{1} << i;
+    points.sliver |= std::uint64_t{!(horizon < 1)} << i;
   });
 }
 
@@ -146,7 +150,8 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
     s.is_front = (at.front >> ray & 1u) != 0;
     if (s.is_front || m.is_double_sided) s.emission = m.emission;
     s.material = &m;
-    s.sound_triangle = sound_triangle(hits.triangle[ray], ray);
+    s.sound_primitive = sound_primitive(hits.triangle[ray], ray);
+    s.horizon = horizon(ray);
   };
   if (!scene_.features.is_rich) {
     for_each_ray(rays, [&](int ray) { make(ray, material(hits.triangle[ray])); });

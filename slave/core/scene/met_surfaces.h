@@ -56,10 +56,13 @@ class MetSurfaces {
     if (triangle != known_) find_material(triangle);
     return scene_.materials[material_];
   }
-  // The triangle that a ray has hit, or kNoPrimitive for a sliver and for a patch: rays that leave
-  // these may meet them again.
-  std::uint32_t sound_triangle(std::uint32_t triangle, int ray) const {
-    return (points().sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle;
+  // The primitive that a ray has hit, or kNoPrimitive for a sliver and for a patch without horizon:
+  // rays that leave these may meet them again.
+  std::uint32_t sound_primitive(std::uint32_t primitive, int ray) const {
+    return (points().sliver >> ray & 1u) != 0 ? kNoPrimitive : primitive;
+  }
+  float horizon(int ray) const {
+    return (on_patches() >> ray & 1u) != 0 ? points().horizon[ray] : kPlaneHorizon;
   }
 
   // Makes *to[i] for each of `rays`, bits of points().met. cones [kPacketRays]: the rays' cones

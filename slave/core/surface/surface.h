@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "common/scene/scene.h"
+#include "slave/core/ray/horizon_layout.h"
 #include "slave/core/surface/ray_cone.h"
 
 namespace tessera::core {
@@ -26,7 +27,10 @@ struct Surface {
 
   Vec3f emission;  // towards the viewer; zero from behind
   const Material* material = nullptr;
-  std::uint32_t sound_triangle = 0xffffffffu;  // number in the scene; none for slivers
+  // The primitive that the point lies on, by its number in the scene, and how steep rays are that
+  // do not meet it again (horizon_layout.h). None for slivers.
+  std::uint32_t sound_primitive = 0xffffffffu;
+  float horizon = kPlaneHorizon;
   bool is_front = true;            // the viewer is where the geometric normal of the mesh points
   bool passes_only = false;        // of glass: see slave/core/bsdf/transmission.h
   std::uint16_t lobes = kNoLobes;  // index in its batch (slave/core/scene/surface_batch.h)

@@ -5,7 +5,9 @@
 // Threads. One object per thread; scratch memory, reused.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <span>
 
@@ -23,7 +25,10 @@ class RayGroups {
 
   RayGroups() : targets_(std::make_unique<FanTargets>()) {}
 
-  void clear() { targets_->count = 0; }
+  void clear() {
+    targets_->count = 0;
+    excludes_ = false;
+  }
   // Requires: count() < kRaysMax. Returns: the ray's number, from 0.
   int add(Vec3f direction) {
     const int i = targets_->count++;
@@ -31,6 +36,12 @@ class RayGroups {
     return i;
   }
   int count() const { return targets_->count; }
+  // Says of a ray that it is known not to meet the primitive that it ends next to.
+  void exclude(int ray, std::uint32_t primitive) {
+    if (!excludes_) std::fill(std::begin(excluded_), std::end(excluded_), kNoPrimitive);
+    excludes_ = true;
+    excluded_[ray] = primitive;
+  }
 
   // Returns: how many groups hold the rays; each ray is in one, each group has 1 to kPacketRays.
   int form(const KernelTable& kernels) {
@@ -45,11 +56,14 @@ class RayGroups {
   }
   // The groups as fans, one each, from a point. Requires: it is where the directions begin.
   ShadowFans fans_from(Vec3f origin, float t_min, float t_max) const {
-    return {targets_.get(), {origin.x, origin.y, origin.z}, t_min, t_max};
+    return {targets_.get(), {origin.x, origin.y, origin.z}, t_min, t_max,
+            kNoPrimitive,   excludes_ ? excluded_ : nullptr};
   }
 
  private:
   std::unique_ptr<FanTargets> targets_;
+  bool excludes_ = false;  // whether any ray does; else the next are not set
+  std::uint32_t excluded_[kRaysMax];
 };
 
 }  // namespace tessera::core

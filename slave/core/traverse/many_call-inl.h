@@ -28,7 +28,8 @@ HWY_INLINE ManyRays packet_of(const ManyRays& rays, int p) {
           rays.t_max + at,
           rays.active + p,
           1,
-          rays.habit};
+          rays.habit,
+          rays.excluded == nullptr ? nullptr : rays.excluded + at};
 }
 HWY_INLINE HitArrays hits_of(const HitArrays& hits, int p) {
   const size_t at = static_cast<size_t>(p) * kPacketRays;

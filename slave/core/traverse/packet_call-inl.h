@@ -93,6 +93,7 @@ HWY_INLINE SingleRay ray_of(const ManyRays& rays, size_t i) {
   SingleRay ray;
   static_assert(offsetof(SingleRay, excluded) == sizeof all);
   __builtin_memcpy(static_cast<void*>(&ray), &all, sizeof all);
+  if (rays.excluded != nullptr) ray.excluded[0] = rays.excluded[i];
   return ray;
 }
 

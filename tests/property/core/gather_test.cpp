@@ -60,7 +60,8 @@ void find_points(const PreparedScene::Impl& scene, const SceneTracer& tracer, st
       to.normal[a][n] = to.shading[a][n] = met.normal[a][i];
     }
     to.offset[n] = met.offset[i];
-    to.triangle[n] = (met.sliver >> i & 1u) != 0 ? kNoPrimitive : hits.primitive[i];
+    to.horizon[n] = kPlaneHorizon;
+    to.primitive[n] = (met.sliver >> i & 1u) != 0 ? kNoPrimitive : hits.primitive[i];
   }
 }
 
@@ -71,7 +72,7 @@ LightPoint vpl_at(const GatherPoints& points, int i) {
     light.normal[a] = points.normal[a][i];
     light.position[a] = points.point[a][i] + points.normal[a][i] * points.offset[i];
   }
-  light.triangle = points.triangle[i];
+  light.primitive = points.primitive[i];
   return light;
 }
 
@@ -98,7 +99,7 @@ void compare(const SceneTracer& tracer, const LightPoint& light, const GatherRay
   };
   const auto plain = blocked(groups);
   count_wrong(plain, blocked(0));
-  fans.excluded_at_origin = rays.is_origin_excluded ? light.triangle : kNoPrimitive;
+  fans.excluded_at_origin = rays.is_origin_excluded ? light.primitive : kNoPrimitive;
   fans.excluded_at_end = rays.excluded;
   count_wrong(plain, blocked(0));
   count_wrong(plain, blocked(groups));
@@ -247,7 +248,8 @@ TEST(Gather, NorDoesItForSlivers) {
         light.normal[axis] = facing[axis];
       }
       points->offset[0] = at.offset;
-      points->triangle[0] = is_sliver(b, c) ? kNoPrimitive : t;
+      points->primitive[0] = is_sliver(b, c) ? kNoPrimitive : t;
+      points->horizon[0] = kPlaneHorizon;
       slivers += is_sliver(b, c) ? 1 : 0;
       tracer.kernels().bound_points(*points);
       if (!tracer.kernels().begin_gather(*points, light, 1e30f, *rays)) continue;

@@ -33,6 +33,11 @@ BUGS = (
         "fetch_child<kLines>(*scene_, child);", "if (size_ % 7 == 6) continue;", "core_kernels"),
     Bug("turn_block_lost", "a ray that takes turns visits one block of a leaf", "traverse/bvh_turns-inl.h",
         "slot.stack.put_back(child + 1 - (1u << kBvhCountShift));", "static_cast<void>(child);", "core_patch_scenes"),
+    Bug("excluded_by_place", "rays of a fan in line exclude what others end next to", "ray/fan_rays-inl.h",
+        "own_excluded_[ray] = excluded_at_end[number_of(ray)];", "own_excluded_[ray] = excluded_at_end[ray];",
+        "core_excluded_parts"),
+    Bug("horizon_too_low", "parts of a patch that bend past the normal do not count", "primitive/patch/patch_horizon.cpp",
+        "if (!(up * side > 0)) return 1;", "if (!(up * side > 0)) continue;", "core_patch_horizon"),
     # Packets.
     Bug("frustum_slack", "the planes of a fan are moved in by what they may be off", "ray/fan_rays-inl.h",
         "bound + sign * abs_of(bound) * (8 * kRoundoff)", "bound - sign * abs_of(bound) * (8 * kRoundoff)",

@@ -7,6 +7,7 @@
 
 #include "common/math/rounding.h"
 #include "slave/core/integrate/bsdf_packet.h"
+#include "slave/core/integrate/own_primitive.h"
 #include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 
@@ -80,6 +81,7 @@ void BiasCompensation::put_rays(const GatherPoints& points, int first, int count
     const Vec3f point{points.point[0][p], points.point[1][p], points.point[2][p]};
     s.list.put(p, point + normal * points.offset[p], direction,
                std::min(reach_, reach_ * std::sqrt(cosine) * (1 + kReachSlack)));
+    exclude_own(s.list, p, {points.primitive[p], points.horizon[p]}, normal, direction);
   }
 }
 

@@ -28,8 +28,9 @@ struct GiPoint {
   float offset = 0;    // see surface_offset.h
   float distance = 0;  // from the eye
   std::int32_t material = 0;
-  std::uint32_t key = 0;                  // pixel_key()
-  std::uint32_t triangle = kNoPrimitive;  // kNoPrimitive for a sliver
+  std::uint32_t key = 0;                   // pixel_key()
+  std::uint32_t primitive = kNoPrimitive;  // see Surface::sound_primitive
+  float horizon = kPlaneHorizon;
 };
 
 class GiBlock {
@@ -67,7 +68,8 @@ class GiBlock {
     }
     points.offset[i] = p.offset;
     points.key[i] = p.key;
-    points.triangle[i] = p.triangle;
+    points.primitive[i] = p.primitive;
+    points.horizon[i] = p.horizon;
     planes_.distance[at] = p.distance;
     planes_.material[at] = p.material;
   }

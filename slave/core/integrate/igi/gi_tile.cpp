@@ -173,7 +173,8 @@ void GiTile::Work::add_hits(const TileRect& part, int x_px, int y_px) {
                               .distance = at.distance[i],
                               .material = number_of(&material),
                               .key = camera_.key[i],
-                              .triangle = met_.sound_triangle(memory_.hits.primitive[i], i)});
+                              .primitive = met_.sound_primitive(memory_.hits.primitive[i], i),
+                              .horizon = met_.horizon(i)});
   }
 }
 
@@ -220,7 +221,8 @@ void GiTile::Work::shade_part(const TileRect& part) {
                                 .distance = memory_.distance[pixel],
                                 .material = number_of(s.material),
                                 .key = memory_.surfaces.key[i],
-                                .triangle = s.sound_triangle});
+                                .primitive = s.sound_primitive,
+                                .horizon = s.horizon});
     }
   }
   if (memory_.glossy.count > 0) counts_ += paths_.add(memory_.glossy, memory_.radiance);

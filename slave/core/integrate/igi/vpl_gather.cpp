@@ -71,7 +71,7 @@ void VplGather::trace_fans(const LightPoint& light) {
   for (int a = 0; a < 3; ++a) fans_.origin[a] = light.position[a];
   fans_.t_min = light.t_min;
   fans_.t_max = kEnd;
-  fans_.excluded_at_origin = rays_.is_origin_excluded ? light.triangle : kNoPrimitive;
+  fans_.excluded_at_origin = rays_.is_origin_excluded ? light.primitive : kNoPrimitive;
   fans_.excluded_at_end = rays_.excluded;
   context_.tracer.occluded(fans_, blocked_);
   for (int g = 0; g < rays_.targets.group_count; ++g) darken(blocked_[g], g);
@@ -91,6 +91,8 @@ void VplGather::trace_parallel(const LightPoint& light, const GatherPoints& poin
         const Vec3f point{points.point[0][p], points.point[1][p], points.point[2][p]};
         const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
         list_.put(g * kPacketRays + i - begin, point + normal * points.offset[p], direction);
+        const std::uint32_t own = rays_.excluded[targets.order[i]];
+        if (own != kNoPrimitive) list_.exclude(g * kPacketRays + i - begin, own);
       }
     }
     context_.tracer.occluded(list_.many(), blocked_);

@@ -111,7 +111,8 @@ class VplSets::Walks {
     const Vec3f flux = flux_[i] * s.albedo * (shading / geometric);
     const Vec3f start = s.point + s.normal * s.offset;
     point.kind = LightPointKind::kSurface;
-    point.triangle = s.sound_triangle;
+    point.primitive = s.sound_primitive;
+    point.horizon = s.horizon;
     for (int a = 0; a < 3; ++a) {
       point.position[a] = start[a];
       point.normal[a] = s.normal[a];

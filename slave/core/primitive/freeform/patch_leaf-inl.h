@@ -32,7 +32,8 @@ class PatchRayTest {
     if (may_meet(shapes.parts[number])) ask(shapes, number);
   }
   HWY_INLINE bool may_meet(const SubPatch& part) const {
-    return !part.has_frame || PatchRayFilter::is_possible(ray_, part);
+    return (!part.has_frame || PatchRayFilter::is_possible(ray_, part)) &&
+           !ray_.excludes(part.primitive);
   }
   HWY_NOINLINE void ask(const TrianglesAndPatches<W>& shapes, uint32_t number) {
     ask(shapes.patches, shapes.parts[number]);

@@ -101,6 +101,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch* patches, const SubP
     possible = is_border                       ? possible_rays(filter, rows, BorderBend(part))
                : PatchHull::helps(patch, part) ? possible_rays(filter, rows, PatchHull(patch, part))
                                                : possible_rays(filter, rows, NothingMore());
+    possible &= ~rays_.excluding(possible, static_cast<int32_t>(part.primitive));
     if (possible == 0) return false;
     rays_.work_left -= 2 * __builtin_popcountll(possible);
     if (is_border) {

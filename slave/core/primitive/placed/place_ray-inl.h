@@ -54,6 +54,10 @@ struct PlaceOfSurface {
   HWY_INLINE const SubPatch& part(const uint32_t block) const {
     return surface.parts[surface.blocks[block] ^ kIsItem];
   }
+  // The part's own number among those that rays ask for.
+  HWY_INLINE uint32_t number_of(const SubPatch& part) const {
+    return place.first_primitive + part.primitive;
+  }
   HWY_INLINE PartInWorld in_world(const SubPatch& part) const {
     return part_in_world(place, number_of_all, surface.patches[part.patch], part);
   }
@@ -100,6 +104,7 @@ bool PlaceRayTest<Shapes, W, kAny, Parts>::test_leaf(const Shapes& shapes,
   for (uint32_t i = first; i < first + count; ++i) {
     const SubPatch& part = at.part(i);
     if (Parts::kIsUsual && part.has_frame && !PatchRayFilter::is_possible(sight, part)) continue;
+    if (Parts::kIsUsual && ray_.excludes(at.number_of(part))) continue;
     ask(shapes, at, part);
     if (kAny && ray_.has_hit()) return true;
   }
