@@ -156,7 +156,8 @@ std::vector<RayStart> starts_on_patches(const core::PatchStore& patches, const W
       const auto met = patch_point(patches.patches[part.patch], part, &o.x, &d.x, hits[b].t[i]);
       const Vec3f normal = dot(met.normal, d) > 0 ? -met.normal : met.normal;
       start = {true, met.point + normal * met.offset, normal, part.primitive,
-               horizon_at(patches.patches[part.patch], part, met.u, met.v, met.point, normal)};
+               horizon_at(patches.patches[part.patch], part, met.u, met.v, met.point, normal)
+                   .value_or(core::kNoHorizon)};
     }
   }
   return starts;

@@ -115,7 +115,8 @@ void MetSurfaces::find_on_patches(const Packet& rays, const PacketHits& hits) {
     const bool is_front = dot(at.normal, direction) < 0;
     put_vector(at.point, points.point, i);
     const Vec3f normal = is_front ? at.normal : -at.normal;
-    const float horizon = horizon_at(*there.patch, *there.part, at.u, at.v, at.point, normal);
+    const float horizon =
+        horizon_at(*there.patch, *there.part, at.u, at.v, at.point, normal).value_or(kNoHorizon);
     put_vector(normal, points.normal, i);
     points.offset[i] = at.offset;
     points.horizon[i] = horizon;

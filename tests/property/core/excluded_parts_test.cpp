@@ -55,7 +55,8 @@ std::vector<Leaving> leaving_rays(const PreparedScene::Impl& scene, Random& rand
     const Vec3f normal = dot(at.normal, along) < 0 ? at.normal : -at.normal;
     Vec3f direction = normalize(point(random));
     if (dot(direction, normal) < 0) direction = -direction;
-    const float horizon = horizon_at(*there.patch, *there.part, at.u, at.v, at.point, normal);
+    const float horizon =
+        horizon_at(*there.patch, *there.part, at.u, at.v, at.point, normal).value_or(kNoHorizon);
     rays.push_back({at.point + normal * at.offset, direction, normal, hit.primitive, horizon});
   }
   return rays;

@@ -28,11 +28,12 @@ using test::Choices;
 using test::PatchScene;
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNone = 2;  // as a sine: no ray is as steep
 
 struct Place {
   std::uint32_t part = 0;
   Vec3f point, normal;  // unit, on a side that was chosen
-  float offset = 0, horizon = core::kNoHorizon;
+  float offset = 0, horizon = kNone;
   float rounding = 0;  // how far a ray that starts at the offset is from the surface, at most
 };
 
@@ -59,7 +60,7 @@ bool choose(const PatchScene& scene, Choices& choices, Place& to) {
                                static_cast<float>(patch.extent)});
   to.offset = 8 * kUnitRoundoff * size;
   to.rounding = to.offset + 4 * kUnitRoundoff * size;
-  to.horizon = core::horizon_at(patch, part, u, v, to.point, to.normal);
+  to.horizon = core::horizon_at(patch, part, u, v, to.point, to.normal).value_or(kNone);
   return true;
 }
 

@@ -96,6 +96,8 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch* patches, const SubP
     const Filter filter(rays_, part);
     uint64_t rows = FanRows::kAll;
     if constexpr (kAsksRows) rows = filter.possible_rows(rows_);
+    // As for triangles: what a candidate costs, and each row of it.
+    rays_.work_left -= 2 + __builtin_popcountll(rows);
     if (rows == 0) return false;
     const bool is_border = is_border_span(part);
     possible = is_border                       ? possible_rays(filter, rows, BorderBend(part))

@@ -136,8 +136,8 @@ bool is_below_plane(const Cubic<double> (&height_by_x)[4], double x0, double y0)
          (beta + error) * (beta + error) < 4 * (alpha + error) * (gamma + error);
 }
 
-// The sine of the widest angle between the normal, or its opposite, and a_ij x b_k; 1 where it is no
-// acute one.
+// The sine of the widest angle between the normal, or its opposite, and a_ij x b_k; 1 where it is
+// no acute one.
 double widest_sine(const Numerators& g, double x0, double y0, Vec3d normal) {
   Cubic<Vec3d> at_x0;
   Vec3d a[4][3];
@@ -163,10 +163,10 @@ double widest_sine(const Numerators& g, double x0, double y0, Vec3d normal) {
 
 }  // namespace
 
-float horizon_at(const Patch& patch, const SubPatch& part, float u, float v, Vec3f point,
-                 Vec3f normal) {
-  if (patch.degree_u > kHorizonDegreeMax || patch.degree_v > kHorizonDegreeMax) return kNoHorizon;
-  if (!part.has_frame || is_fat_border(part)) return kNoHorizon;
+std::optional<float> horizon_at(const Patch& patch, const SubPatch& part, float u, float v,
+                                Vec3f point, Vec3f normal) {
+  if (patch.degree_u > kHorizonDegreeMax || patch.degree_v > kHorizonDegreeMax) return {};
+  if (!part.has_frame || is_fat_border(part)) return {};
   const SubPatchRange range(part);
   const Numerators g = numerators_of(patch, part, widened(point), range);
   const auto within = [](double at, double middle, double half) {
@@ -181,7 +181,8 @@ float horizon_at(const Patch& patch, const SubPatch& part, float u, float v, Vec
   if (is_below_plane(height_by_x, x0, y0)) return kHorizonRoom;
   // Differences may be taken by x first, or by y; one of both may say more.
   const double sine = std::min(widest_sine(g, x0, y0, up), widest_sine(g.exchanged(), y0, x0, up));
-  return sine < 1 ? static_cast<float>(sine) + kHorizonRoom : kNoHorizon;
+  if (sine >= 1) return {};
+  return static_cast<float>(sine) + kHorizonRoom;
 }
 
 }  // namespace tessera::core

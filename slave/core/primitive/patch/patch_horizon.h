@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The horizon of a point of a sub-patch (horizon_layout.h): which rays that leave it do not meet
-// the sub-patch again.
+// The horizon of a point of a sub-patch: the sine of the angle to the tangent plane above which
+// rays that leave the point do not meet the sub-patch again, but for the rounding of where they
+// begin.
 //
 // With P = S(u0, v0) and x, y in [0, 1] over the sub-patch, the numerator of S(x, y) - P is
 //   G(x, y) = a(x, y) (x - x0) + b(y) (y - y0)
@@ -8,8 +9,8 @@
 // nets a_ij, b_k (L. Schumaker, Spline Functions: Basic Theory, 3rd ed., 2007, section 2.8). Where
 // a ray from P along d met the surface again, G = s d would hold with (x, y) other than (x0, y0)
 // and s > 0. So (a x b) d s = (a x b) G = 0, which no d with (a_ij x b_k) d > 0 for all i, j, k
-// allows; nor does one with all below 0. All of these lie within an angle of the normal n, or of -n,
-// whose sine is the horizon.
+// allows, nor one with all below 0. All of these lie within an angle of the normal n, or of -n: its
+// sine is the horizon.
 //
 // Seen from outside, a convex surface hides nothing of the sky: with second divided differences,
 //   n G = alpha(x, y) (x - x0)^2 + beta(y) (x - x0) (y - y0) + gamma(y) (y - y0)^2
@@ -24,20 +25,23 @@
 // Threads. Pure functions.
 #pragma once
 
+#include <optional>
+
 #include "common/math/vec3.h"
 #include "slave/core/primitive/patch/patch_layout.h"
-#include "slave/core/ray/horizon_layout.h"
 
 namespace tessera::core {
 
 // Of degrees up to this one: others have none.
 inline constexpr int kHorizonDegreeMax = 3;
+// What is added to the sine.
+inline constexpr float kHorizonRoom = 0x1p-6f;
 
 // Of the point S(u, v), for rays on the side of the normal. The point, u, v and the normal may be
-// rounded to float32. Returns: kNoHorizon where nothing is known, and for spans of widened borders,
+// rounded to float32. Returns: nothing where nothing is known, and for spans of widened borders,
 // which stand for more than the patch (fat_border.h).
 // Requires: (u, v) is within the sub-patch's range, but for rounding; a unit normal.
-float horizon_at(const Patch& patch, const SubPatch& part, float u, float v, Vec3f point,
-                 Vec3f normal);
+std::optional<float> horizon_at(const Patch& patch, const SubPatch& part, float u, float v,
+                                Vec3f point, Vec3f normal);
 
 }  // namespace tessera::core
