@@ -3,8 +3,9 @@
 import json
 import os
 import shutil
+import subprocess
 
-MISSING = "blender is not installed (Debian: blender python3-numpy)"
+MISSING = "blender, or its numpy, is not installed (Debian: blender python3-numpy)"
 
 # Blender's importer for glTF uses a name that newer versions of numpy lack.
 _START = """
@@ -19,13 +20,19 @@ scene = bpy.context.scene
 """
 
 
+def _environment():
+    # Debian's Blender takes its modules from beside the python3 that it finds first, which has to be Debian's.
+    return os.environ | {"PATH": "/usr/bin:/bin"}
+
+
 def is_there():
-    return shutil.which("blender") is not None
+    has_numpy = ["/usr/bin/python3", "-c", "import numpy"]
+    return shutil.which("blender") is not None and subprocess.run(
+        has_numpy, env=_environment(), stderr=subprocess.DEVNULL, check=False).returncode == 0
 
 
 def command(script, job):
     """Returns the command, and the environment to run it in, of a script that finds `scene`, which is imported from
     job["scene"], and `job`. Files have +y up, Blender has +z: (x, y, z) is (x, -z, y) there."""
-    # Debian's Blender takes its modules from beside the python3 that it finds first, which has to be Debian's.
     return ([shutil.which("blender"), "-b", "-noaudio", "--python-exit-code", "1", "--python-expr", _START + script, "--",
-             json.dumps(job)], os.environ | {"PATH": "/usr/bin:/bin"})
+             json.dumps(job)], _environment())
