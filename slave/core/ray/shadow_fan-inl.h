@@ -11,6 +11,8 @@
 #define TESSERA_CORE_SHADOW_FAN_INL_H_
 #endif
 
+#include "slave/core/simd/real-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
