@@ -33,6 +33,17 @@ def nearest(header, commands, root):
     return max(commands, key=shared)
 
 
+def count_wrong(things, compile_one, told):
+    """Compiles all side by side, and prints what is wrong of each. Returns: of how many something is."""
+    wrong = 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for thing, (code, said) in zip(things, pool.map(compile_one, things)):
+            if code != 0:
+                wrong += 1
+                print(told(thing, said))
+    return wrong
+
+
 def main():
     if len(sys.argv) != 2:
         print(__doc__, file=sys.stderr)
@@ -50,12 +61,8 @@ def main():
                              text=True, capture_output=True, cwd=command["directory"])
         return run.returncode, run.stderr
 
-    wrong = 0
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        for header, (code, said) in zip(headers, pool.map(compile_alone, headers)):
-            if code != 0:
-                wrong += 1
-                print(f"{header} does not compile alone:\n" + "\n".join(said.splitlines()[:6]))
+    wrong = count_wrong(headers, compile_alone, lambda header, said:
+                        f"{header} does not compile alone:\n" + "\n".join(said.splitlines()[:6]))
     print(f"{len(headers)} headers, {wrong} do not compile alone")
     return 1 if wrong or not headers else 0
 

@@ -4,7 +4,6 @@
 
     lock_annotations.py COMPILE_COMMANDS       of a tree configured for clang; exit code 1 when one is wrong
 """
-import concurrent.futures
 import json
 import os
 import pathlib
@@ -12,7 +11,7 @@ import re
 import subprocess
 import sys
 
-from headers_alone import options_of
+from headers_alone import count_wrong, options_of
 
 MUTEX = "common/base/mutex.h"
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
@@ -41,12 +40,7 @@ def main():
                              cwd=command["directory"])
         return run.returncode, run.stderr
 
-    wrong = 0
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        for command, (code, said) in zip(commands, pool.map(check, commands)):
-            if code != 0:
-                wrong += 1
-                print(f"{os.path.relpath(command['file'], root)}:\n{said}")
+    wrong = count_wrong(commands, check, lambda command, said: f"{os.path.relpath(command['file'], root)}:\n{said}")
     print(f"{len(commands)} sources with locks, {wrong} wrong")
     return 1 if wrong or not commands else 0
 

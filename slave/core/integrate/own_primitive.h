@@ -24,7 +24,7 @@ inline OwnPrimitive own_of(const Surface& s) { return {s.sound_primitive, s.hori
 // Rays: a RayList, or RayGroups of rays that end on the surface and are seen from there.
 template <class Rays>
 void exclude_own(Rays& rays, int place, OwnPrimitive own, Vec3f normal, Vec3f direction) {
-  if (own.horizon == kPlaneHorizon || own.number == kNoPrimitive) return;
+  if (own.horizon == kPlaneHorizon) return;
   if (dot(normal, direction) > own.horizon * length(direction)) rays.exclude(place, own.number);
 }
 

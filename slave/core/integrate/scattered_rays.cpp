@@ -96,8 +96,7 @@ void ScatteredRays::put(const int* numbers, int n, RayList& list, int packet) co
   for (int i = 0; i < n; ++i) {
     list.put(packet * kPacketRays + i, memory_.rays.origin(numbers[i]),
              memory_.rays.direction(numbers[i]));
-    const std::uint32_t own = memory_.rays.excluded(numbers[i]);
-    if (own != kNoPrimitive) list.exclude(packet * kPacketRays + i, own);
+    list.exclude(packet * kPacketRays + i, memory_.rays.excluded(numbers[i]));
   }
 }
 

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 
 #include "common/math/vec3.h"
+#include "slave/core/ray/excluded_primitives.h"
 #include "slave/core/ray/packet_layout.h"
 #include "slave/core/simd/axis_arrays.h"
 
@@ -27,7 +27,7 @@ class RayList {
   void clear() {
     std::fill_n(active_, packet_count_, std::uint64_t{0});
     packet_count_ = 0;
-    excludes_ = false;
+    excluded_.clear();
   }
   // Puts a ray in a place. Requires: it is empty, and below kRaysMax.
   void put(int place, Vec3f origin, Vec3f direction, float t_max = kNoEnd, float t_min = 0) {
@@ -39,16 +39,12 @@ class RayList {
     packet_count_ = std::max(packet_count_, place / kPacketRays + 1);
   }
   // Says of a ray that was put that it is known not to meet a primitive (ManyRays::excluded).
-  void exclude(int place, std::uint32_t primitive) {
-    if (!excludes_) std::fill(std::begin(excluded_), std::end(excluded_), kNoPrimitive);
-    excludes_ = true;
-    excluded_[place] = primitive;
-  }
+  void exclude(int place, std::uint32_t primitive) { excluded_.exclude(place, primitive); }
   int packet_count() const { return packet_count_; }
   // Bits of the rays of a packet.
   std::uint64_t active(int packet) const { return active_[packet]; }
   Vec3f origin(int place) const { return vector_at(origin_, place); }
-  std::uint32_t excluded(int place) const { return excludes_ ? excluded_[place] : kNoPrimitive; }
+  std::uint32_t excluded(int place) const { return excluded_.of(place); }
   Vec3f direction(int place) const { return vector_at(direction_, place); }
 
   ManyRays many() const {
@@ -59,7 +55,7 @@ class RayList {
             active_,
             packet_count_,
             &habit_,
-            excludes_ ? excluded_ : nullptr};
+            excluded_.numbers()};
   }
   void copy_packet(int packet, RayPacket& to) const {
     const auto at = static_cast<std::size_t>(packet) * kPacketRays;
@@ -79,8 +75,7 @@ class RayList {
   alignas(64) float t_max_[kRaysMax];
   std::uint64_t active_[kPacketsMax] = {};  // by packet
   int packet_count_ = 0;
-  bool excludes_ = false;  // whether any ray does; else the next are not set
-  alignas(64) std::uint32_t excluded_[kRaysMax];
+  ExcludedPrimitives<kRaysMax> excluded_;
   mutable PacketHabit habit_;
 };
 

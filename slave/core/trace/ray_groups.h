@@ -5,14 +5,13 @@
 // Threads. One object per thread; scratch memory, reused.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <memory>
 #include <span>
 
 #include "common/math/vec3.h"
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/ray/excluded_primitives.h"
 
 namespace tessera::core {
 
@@ -27,7 +26,7 @@ class RayGroups {
 
   void clear() {
     targets_->count = 0;
-    excludes_ = false;
+    excluded_.clear();
   }
   // Requires: count() < kRaysMax. Returns: the ray's number, from 0.
   int add(Vec3f direction) {
@@ -37,11 +36,7 @@ class RayGroups {
   }
   int count() const { return targets_->count; }
   // Says of a ray that it is known not to meet the primitive that it ends next to.
-  void exclude(int ray, std::uint32_t primitive) {
-    if (!excludes_) std::fill(std::begin(excluded_), std::end(excluded_), kNoPrimitive);
-    excludes_ = true;
-    excluded_[ray] = primitive;
-  }
+  void exclude(int ray, std::uint32_t primitive) { excluded_.exclude(ray, primitive); }
 
   // Returns: how many groups hold the rays; each ray is in one, each group has 1 to kPacketRays.
   int form(const KernelTable& kernels) {
@@ -56,14 +51,13 @@ class RayGroups {
   }
   // The groups as fans, one each, from a point. Requires: it is where the directions begin.
   ShadowFans fans_from(Vec3f origin, float t_min, float t_max) const {
-    return {targets_.get(), {origin.x, origin.y, origin.z}, t_min, t_max,
-            kNoPrimitive,   excludes_ ? excluded_ : nullptr};
+    return {targets_.get(),     {origin.x, origin.y, origin.z}, t_min, t_max, kNoPrimitive,
+            excluded_.numbers()};
   }
 
  private:
   std::unique_ptr<FanTargets> targets_;
-  bool excludes_ = false;  // whether any ray does; else the next are not set
-  std::uint32_t excluded_[kRaysMax];
+  ExcludedPrimitives<kRaysMax> excluded_;
 };
 
 }  // namespace tessera::core

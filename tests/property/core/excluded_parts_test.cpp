@@ -77,8 +77,7 @@ void put(const std::vector<Leaving>& rays, const std::vector<std::uint32_t>& exc
   for (int i = 0; i < static_cast<int>(rays.size()); ++i) {
     list.put(i, rays[static_cast<std::size_t>(i)].origin,
              rays[static_cast<std::size_t>(i)].direction);
-    const std::uint32_t number = excluded[static_cast<std::size_t>(i)];
-    if (number != kNoPrimitive) list.exclude(i, number);
+    list.exclude(i, excluded[static_cast<std::size_t>(i)]);
   }
 }
 
@@ -126,7 +125,7 @@ void compare_fans(const PreparedScene::Impl& scene, const std::vector<Leaving>& 
     RayGroups groups;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const int number = groups.add(rays[i].origin - lamp);
-      if (excluded[i] != kNoPrimitive) groups.exclude(number, excluded[i]);
+      groups.exclude(number, excluded[i]);
     }
     groups.form(kernels);
     tracer.occluded(groups.fans_from(lamp, 0, kEnd), blocked.get());

@@ -91,8 +91,7 @@ void VplGather::trace_parallel(const LightPoint& light, const GatherPoints& poin
         const Vec3f point{points.point[0][p], points.point[1][p], points.point[2][p]};
         const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
         list_.put(g * kPacketRays + i - begin, point + normal * points.offset[p], direction);
-        const std::uint32_t own = rays_.excluded[targets.order[i]];
-        if (own != kNoPrimitive) list_.exclude(g * kPacketRays + i - begin, own);
+        list_.exclude(g * kPacketRays + i - begin, rays_.excluded[targets.order[i]]);
       }
     }
     context_.tracer.occluded(list_.many(), blocked_);
