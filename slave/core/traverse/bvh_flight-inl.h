@@ -3,7 +3,8 @@
 // and each round takes every one of them a step further, first those that stand at a node, then
 // those that stand at a leaf, then those with primitives that need a closer look. A ray by itself
 // waits for each step's result, since the next step is a branch on it; here the steps of different
-// rays overlap, and hardly a branch depends on a ray. Decision: ../decisions/flights.md.
+// rays overlap, and hardly a branch depends on a ray. Rays are set up a group at a time, before
+// they take off. Decision: ../decisions/flights.md.
 //
 // Where any hit will do and leaves settle at once, a ray is first tested against the block that
 // blocked a ray last: of those that the same block blocks, few take off. Where answers of leaves
@@ -120,14 +121,18 @@ class BvhFlight {
   static constexpr bool kAny = Leaf::kIsAny;
   // Whether a ray may turn out to be blocked after it has left the leaf.
   static constexpr bool kIsBlockedLate = kAny && !Leaf::kSettlesAtOnce;
-  static constexpr int kSlots = 32;
+  using Group = Axes<FloatsOf<W>>;
+  static constexpr int kFlying = 32;
+  static constexpr int kSlots = kFlying + static_cast<int>(Group::kRays);
   // Of rays that still have boxes to visit: while there are as many, a ray whose answers are not
   // all known waits at its end.
   static constexpr int kWorthWaiting = 12;
 
  public:
   // Requires: the scene outlives it. Some 30 KB, most of which are the rays' stacks.
-  explicit BvhFlight(const View& scene) : scene_(scene) {}
+  explicit BvhFlight(const View& scene) : scene_(scene) {
+    for (uint8_t s = 0; s < kSlots; ++s) free_.add_if(true, s);
+  }
 
   // rays.next(ray) fills in a ray and returns its number, or -1 when there are no more;
   // rays.ended(number, hit) takes its answer; rays.alone(ray) answers a ray by itself.
@@ -159,33 +164,87 @@ class BvhFlight {
   template <class Settling>
   HWY_INLINE void test_leaves(Round& round, Settling& settling);
   template <class Rays>
-  HWY_INLINE bool fill(Slot& slot, Rays& rays);
+  HWY_INLINE void replace(uint8_t s, Rays& rays, Slots& next);
+  template <class Rays>
+  HWY_INLINE int take_off(Rays& rays);
+  template <class Rays>
+  HWY_NOINLINE bool set_up(Rays& rays);
+  HWY_INLINE bool set_up_alone(Slot& slot) const;
 
   const View& scene_;
   Slot slots_[kSlots];
+  Slots free_, ready_;           // slots whose rays do not fly
   uint32_t blocker_ = kNoBlock;  // of the ray that was blocked last
 };
 
-// Returns: whether the slot has a ray.
+// Returns: whether the ray is valid.
+template <class View, class Leaf>
+bool BvhFlight<View, Leaf>::set_up_alone(Slot& slot) const {
+  if (scene_.nodes == nullptr || !slot.ray.setup(slot.given, scene_.box)) return false;
+  slot.slabs.setup(slot.ray, scene_.box);
+  return true;
+}
+
+// Makes a group of rays ready. Rays that are not valid have ended. Requires: there are as many free
+// slots. Returns: whether there was a ray.
 template <class View, class Leaf>
 template <class Rays>
-bool BvhFlight<View, Leaf>::fill(Slot& slot, Rays& rays) {
-  while ((slot.number = rays.next(slot.given)) >= 0) {
-    if (scene_.nodes != nullptr && slot.ray.setup(slot.given, scene_.box)) {
-      slot.leaf.prepare();
-      if (kAny && blocker_ != kNoBlock && slot.leaf.test(scene_.shapes, blocker_, 1) != kNoBlock) {
-        TESSERA_COUNT(singles, 1);
-        rays.ended(slot.number, SingleHit{0, static_cast<uint32_t>(slot.ray.best)});
-        continue;
-      }
-      slot.slabs.setup(slot.ray, scene_.box);
-      slot.stack.begin();
-      TESSERA_COUNT(singles, 1);
-      return true;
-    }
-    rays.ended(slot.number, SingleHit{0, kNoPrimitive});
+bool BvhFlight<View, Leaf>::set_up(Rays& rays) {
+  Slot* slot[Group::kRays];
+  size_t count = 0;
+  for (; count < Group::kRays; ++count) {
+    slot[count] = slots_ + free_.slot[free_.count - 1];
+    slot[count]->number = rays.next(slot[count]->given);
+    if (slot[count]->number < 0) break;
+    --free_.count;
   }
-  return false;
+  const auto ray = [&](size_t r) HWY_ATTR { return &slot[r]->ray; };
+  const auto given = [&](size_t r) HWY_ATTR { return &slot[r]->given; };
+  const bool is_group = count == Group::kRays && scene_.nodes != nullptr &&
+                        OneRay::setup_each<Group>(ray, given, scene_.box);
+  if (HWY_LIKELY(is_group)) {
+    RaySlabs<W>::template setup_each<Group>([&](size_t r) HWY_ATTR { return &slot[r]->slabs; }, ray,
+                                            [&](size_t) HWY_ATTR { return &scene_.box; });
+  }
+  for (size_t r = 0; r < count; ++r) {
+    const auto s = static_cast<uint8_t>(slot[r] - slots_);
+    if (HWY_LIKELY(is_group) || set_up_alone(*slot[r])) {
+      slot[r]->leaf.prepare();
+      slot[r]->stack.begin();
+      ready_.add_if(true, s);
+    } else {
+      rays.ended(slot[r]->number, SingleHit{0, kNoPrimitive});
+      free_.add_if(true, s);
+    }
+  }
+  return count > 0;
+}
+
+// Returns: the slot of a ray that is to fly, -1 without any.
+template <class View, class Leaf>
+template <class Rays>
+int BvhFlight<View, Leaf>::take_off(Rays& rays) {
+  for (;;) {
+    while (ready_.count == 0) {
+      if (!set_up(rays)) return -1;
+    }
+    const uint8_t s = ready_.slot[--ready_.count];
+    Slot& slot = slots_[s];
+    TESSERA_COUNT(singles, 1);
+    if (!kAny || blocker_ == kNoBlock || slot.leaf.test(scene_.shapes, blocker_, 1) == kNoBlock)
+      return s;
+    rays.ended(slot.number, SingleHit{0, static_cast<uint32_t>(slot.ray.best)});
+    free_.add_if(true, s);
+  }
+}
+
+// Lets another ray fly, if there is one, in place of one that has ended.
+template <class View, class Leaf>
+template <class Rays>
+void BvhFlight<View, Leaf>::replace(uint8_t s, Rays& rays, Slots& next) {
+  free_.add_if(true, s);
+  const int other = take_off(rays);
+  next.add_if(other >= 0, static_cast<uint8_t>(other));
 }
 
 // Takes the next box of each waiting ray from its stack. Boxes behind what the ray has hit are
@@ -223,13 +282,13 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays,
     } else {
       slot.stack.push(node, met, t_in);
     }
-    bool goes_on = true;
-    if (HWY_UNLIKELY(!slot.stack.has_room())) {
+    const bool goes_on = slot.stack.has_room();
+    round.next.add_if(goes_on, s);
+    if (HWY_UNLIKELY(!goes_on)) {
       if (!settling.is_settled(slot.leaf)) settling.finish();
       rays.ended(slot.number, rays.alone(slot.given));
-      goes_on = fill(slot, rays);
+      replace(s, rays, round.next);
     }
-    round.next.add_if(goes_on, s);
   }
 }
 
@@ -263,7 +322,8 @@ template <class Rays>
 void BvhFlight<View, Leaf>::run(Rays& rays) {
   Slots waiting;
   typename Leaf::Settling settling(scene_.shapes);
-  for (uint8_t s = 0; s < kSlots && fill(slots_[s], rays); ++s) waiting.add_if(true, s);
+  for (int s; waiting.count < kFlying && (s = take_off(rays)) >= 0;)
+    waiting.add_if(true, static_cast<uint8_t>(s));
   while (waiting.count > 0) {
     Round round{waiting, {}, {}, {}, {}};
     sort_out(round);
@@ -283,7 +343,7 @@ void BvhFlight<View, Leaf>::run(Rays& rays) {
       const bool has_hit = ray.has_hit();  // -1 is kNoPrimitive
       rays.ended(slots_[s].number,
                  SingleHit{has_hit ? ray.best_t : 0, static_cast<uint32_t>(ray.best)});
-      round.next.add_if(fill(slots_[s], rays), s);
+      replace(s, rays, round.next);
     }
     waiting = round.next;
   }
