@@ -121,18 +121,14 @@ class BvhFlight {
   static constexpr bool kAny = Leaf::kIsAny;
   // Whether a ray may turn out to be blocked after it has left the leaf.
   static constexpr bool kIsBlockedLate = kAny && !Leaf::kSettlesAtOnce;
-  using Group = Axes<FloatsOf<W>>;
   static constexpr int kFlying = 32;
-  static constexpr int kSlots = kFlying + static_cast<int>(Group::kRays);
   // Of rays that still have boxes to visit: while there are as many, a ray whose answers are not
   // all known waits at its end.
   static constexpr int kWorthWaiting = 12;
 
  public:
   // Requires: the scene outlives it. Some 30 KB, most of which are the rays' stacks.
-  explicit BvhFlight(const View& scene) : scene_(scene) {
-    for (uint8_t s = 0; s < kSlots; ++s) free_.add_if(true, s);
-  }
+  explicit BvhFlight(const View& scene);
 
   // rays.next(ray) fills in a ray and returns its number, or -1 when there are no more;
   // rays.ended(number, hit) takes its answer; rays.alone(ray) answers a ray by itself.
@@ -151,6 +147,8 @@ class BvhFlight {
     FlightStack stack;
   };
 
+  using Group = SlotGroup<View, Slot>;
+  static constexpr int kSlots = kFlying + Group::kMost;
   using Slots = SlotList<kSlots>;
   // Which rays do what in a round.
   struct Round {
@@ -169,7 +167,6 @@ class BvhFlight {
   HWY_INLINE int take_off(Rays& rays);
   template <class Rays>
   HWY_NOINLINE bool set_up(Rays& rays);
-  HWY_INLINE bool set_up_alone(Slot& slot) const;
 
   const View& scene_;
   Slot slots_[kSlots];
@@ -177,12 +174,9 @@ class BvhFlight {
   uint32_t blocker_ = kNoBlock;  // of the ray that was blocked last
 };
 
-// Returns: whether the ray is valid.
 template <class View, class Leaf>
-bool BvhFlight<View, Leaf>::set_up_alone(Slot& slot) const {
-  if (scene_.nodes == nullptr || !slot.ray.setup(slot.given, scene_.box)) return false;
-  slot.slabs.setup(slot.ray, scene_.box);
-  return true;
+BvhFlight<View, Leaf>::BvhFlight(const View& scene) : scene_(scene) {
+  for (uint8_t s = 0; s < kSlots; ++s) free_.add_if(true, s);
 }
 
 // Makes a group of rays ready. Rays that are not valid have ended. Requires: there are as many free
@@ -190,34 +184,29 @@ bool BvhFlight<View, Leaf>::set_up_alone(Slot& slot) const {
 template <class View, class Leaf>
 template <class Rays>
 bool BvhFlight<View, Leaf>::set_up(Rays& rays) {
-  Slot* slot[Group::kRays];
-  size_t count = 0;
-  for (; count < Group::kRays; ++count) {
-    slot[count] = slots_ + free_.slot[free_.count - 1];
-    slot[count]->number = rays.next(slot[count]->given);
-    if (slot[count]->number < 0) break;
+  Group group;
+  while (group.count() < Group::kMost) {
+    Slot& slot = slots_[free_.slot[free_.count - 1]];
+    slot.number = rays.next(slot.given);
+    if (slot.number < 0) break;
     --free_.count;
+    group.add(slot);
   }
-  const auto ray = [&](size_t r) HWY_ATTR { return &slot[r]->ray; };
-  const auto given = [&](size_t r) HWY_ATTR { return &slot[r]->given; };
-  const bool is_group = count == Group::kRays && scene_.nodes != nullptr &&
-                        OneRay::setup_each<Group>(ray, given, scene_.box);
-  if (HWY_LIKELY(is_group)) {
-    RaySlabs<W>::template setup_each<Group>([&](size_t r) HWY_ATTR { return &slot[r]->slabs; }, ray,
-                                            [&](size_t) HWY_ATTR { return &scene_.box; });
-  }
-  for (size_t r = 0; r < count; ++r) {
-    const auto s = static_cast<uint8_t>(slot[r] - slots_);
-    if (HWY_LIKELY(is_group) || set_up_alone(*slot[r])) {
-      slot[r]->leaf.prepare();
-      slot[r]->stack.begin();
+  if (group.count() == 0) return false;
+  const bool are_valid = group.set_up(scene_);
+  for (int i = 0; i < group.count(); ++i) {
+    Slot& slot = group[i];
+    const auto s = static_cast<uint8_t>(&slot - slots_);
+    if (HWY_LIKELY(are_valid) || Group::set_up_alone(scene_, slot)) {
+      slot.leaf.prepare();
+      slot.stack.begin();
       ready_.add_if(true, s);
     } else {
-      rays.ended(slot[r]->number, SingleHit{0, kNoPrimitive});
+      rays.ended(slot.number, SingleHit{0, kNoPrimitive});
       free_.add_if(true, s);
     }
   }
-  return count > 0;
+  return true;
 }
 
 // Returns: the slot of a ray that is to fly, -1 without any.

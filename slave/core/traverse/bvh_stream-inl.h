@@ -99,7 +99,6 @@ class MetLeaves {
 template <class View, class Leaf>
 class BvhStream {
   static constexpr int W = View::kWidth;
-  using Group = Axes<FloatsOf<W>>;
   static constexpr int kSlots = 64;
   static constexpr size_t kNodesMost = 16 * kSlots;  // that are visited by all rays
 
@@ -122,6 +121,7 @@ class BvhStream {
     bool is_lost;    // the ray meets too much, or begins behind its origin
     uint32_t block;  // that the ray has come to
   };
+  using Group = SlotGroup<View, Slot>;
   using Slots = SlotList<kSlots>;
   // Which rays do what in a round.
   struct Round {
@@ -132,7 +132,6 @@ class BvhStream {
   HWY_INLINE bool set_up(Rays& rays);
   template <class Rays>
   HWY_INLINE void set_up(int first, Rays& rays);
-  HWY_NOINLINE bool set_up_alone(Slot& slot);
   template <class Rays>
   HWY_INLINE void end(const Slot& slot, Rays& rays);
   HWY_INLINE void visit(uint8_t s, const BvhNode<W>& node);
@@ -163,7 +162,7 @@ bool BvhStream<View, Leaf>::set_up(Rays& rays) {
   }
   const bool is_full = slot_count_ == kSlots;
   // Rays that are not valid leave.
-  for (int first = 0; first < slot_count_; first += Group::kRays) set_up(first, rays);
+  for (int first = 0; first < slot_count_; first += Group::kMost) set_up(first, rays);
   return is_full;
 }
 
@@ -172,19 +171,11 @@ bool BvhStream<View, Leaf>::set_up(Rays& rays) {
 template <class View, class Leaf>
 template <class Rays>
 void BvhStream<View, Leaf>::set_up(int first, Rays& rays) {
-  Slot* slot[Group::kRays];  // a group that is not full has its last ray again
-  for (size_t r = 0; r < Group::kRays; ++r)
-    slot[r] = slots_ + min_of(first + static_cast<int>(r), slot_count_ - 1);
-  const auto ray = [&](size_t r) HWY_ATTR { return &slot[r]->ray; };
-  const auto given = [&](size_t r) HWY_ATTR { return &slot[r]->given; };
-  const bool is_valid =
-      scene_.nodes != nullptr && OneRay::setup_each<Group>(ray, given, scene_.box);
-  if (HWY_LIKELY(is_valid)) {
-    RaySlabs<W>::template setup_each<Group>([&](size_t r) HWY_ATTR { return &slot[r]->slabs; }, ray,
-                                            [&](size_t) HWY_ATTR { return &scene_.box; });
-  }
-  for (int s = first; s < min_of(first + static_cast<int>(Group::kRays), slot_count_); ++s) {
-    while (HWY_UNLIKELY(!is_valid) && !set_up_alone(slots_[s])) {
+  Group group;
+  for (int s = first; s < min_of(first + Group::kMost, slot_count_); ++s) group.add(slots_[s]);
+  const bool are_valid = group.set_up(scene_);
+  for (int s = first; s < min_of(first + Group::kMost, slot_count_); ++s) {
+    while (HWY_UNLIKELY(!are_valid) && !Group::set_up_alone(scene_, slots_[s])) {
       rays.ended(slots_[s].number, SingleHit{0, kNoPrimitive});
       const Slot& last = slots_[--slot_count_];
       if (s == slot_count_) return;
@@ -197,14 +188,6 @@ void BvhStream<View, Leaf>::set_up(int first, Rays& rays) {
     slots_[s].is_lost = __builtin_signbitf(slots_[s].ray.near_limit) != 0;
     TESSERA_COUNT(singles, 1);
   }
-}
-
-// Returns: whether the ray is valid.
-template <class View, class Leaf>
-bool BvhStream<View, Leaf>::set_up_alone(Slot& slot) {
-  if (scene_.nodes == nullptr || !slot.ray.setup(slot.given, scene_.box)) return false;
-  slot.slabs.setup(slot.ray, scene_.box);
-  return true;
 }
 
 template <class View, class Leaf>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What traversals of many rays at once share (bvh_flight-inl.h, bvh_stream-inl.h): lists of rays by
-// number, and children of a node in the order of their distances, both without a branch on a ray.
+// number, and children of a node in the order of their distances, both without a branch on a ray;
+// and how a group of rays is set up.
 //
 // Threads. One traversal owns one.
 #include <stddef.h>
@@ -13,7 +14,9 @@
 #define TESSERA_CORE_MANY_RAYS_INL_H_
 #endif
 
+#include "slave/core/ray/one_ray-inl.h"
 #include "slave/core/traverse/node_stack-inl.h"
+#include "slave/core/traverse/ray_slabs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -72,6 +75,42 @@ class ChildKeys {
     return hn::IfThenElse(is_later, hn::Min(v, other), hn::Max(v, other));
   }
 };
+// Slots of rays that are set up together, as many as a register has room for. A slot has what was
+// `given`, the `ray` and its `slabs`.
+template <class View, class Slot>
+class SlotGroup {
+  using Group = Axes<FloatsOf<View::kWidth>>;
+
+ public:
+  static constexpr int kMost = static_cast<int>(Group::kRays);
+
+  HWY_INLINE void add(Slot& slot) { slot_[count_++] = &slot; }
+  HWY_INLINE int count() const { return count_; }
+  HWY_INLINE Slot& operator[](int i) const { return *slot_[i]; }
+
+  // Requires: the group is not empty. Returns: whether all rays are valid; else none is set up.
+  HWY_INLINE bool set_up(const View& scene) {
+    for (int i = count_; i < kMost; ++i) slot_[i] = slot_[count_ - 1];
+    const auto ray = [&](size_t r) HWY_ATTR { return &slot_[r]->ray; };
+    const auto given = [&](size_t r) HWY_ATTR { return &slot_[r]->given; };
+    const auto slabs = [&](size_t r) HWY_ATTR { return &slot_[r]->slabs; };
+    if (scene.nodes == nullptr || !OneRay::setup_each<Group>(ray, given, scene.box)) return false;
+    RaySlabs<View::kWidth>::template setup_each<Group>(slabs, ray,
+                                                       [&](size_t) HWY_ATTR { return &scene.box; });
+    return true;
+  }
+  // Returns: whether the ray is valid.
+  static HWY_NOINLINE bool set_up_alone(const View& scene, Slot& slot) {
+    if (scene.nodes == nullptr || !slot.ray.setup(slot.given, scene.box)) return false;
+    slot.slabs.setup(slot.ray, scene.box);
+    return true;
+  }
+
+ private:
+  Slot* slot_[kMost];
+  int count_ = 0;
+};
+
 static_assert(sizeof(StackEntry) == 8 && offsetof(StackEntry, distance) == 4);
 
 #endif  // HWY_TARGET == HWY_AVX3
