@@ -75,6 +75,8 @@ class ChildKeys {
     return hn::IfThenElse(is_later, hn::Min(v, other), hn::Max(v, other));
   }
 };
+static_assert(sizeof(StackEntry) == 8 && offsetof(StackEntry, distance) == 4);
+
 // Slots of rays that are set up together, as many as a register has room for. A slot has what was
 // `given`, the `ray` and its `slabs`.
 template <class View, class Slot>
@@ -110,8 +112,6 @@ class SlotGroup {
   Slot* slot_[kMost];
   int count_ = 0;
 };
-
-static_assert(sizeof(StackEntry) == 8 && offsetof(StackEntry, distance) == 4);
 
 #endif  // HWY_TARGET == HWY_AVX3
 
