@@ -177,6 +177,12 @@ BUGS = (
         "to.r <= kContraction", "to.r <= 64 * kContraction", "core_patch_answers"),
     Bug("patch_first_root", "of two roots the one that was found first", "primitive/patch/complete_solver.cpp",
         "best_.is_hit && !(t < best_.t)", "best_.is_hit", "core_patch_answers"),
+    Bug("filter_two_roots", "a box may have two roots where the filter says one", "primitive/patch/quick_cubics-inl.h",
+        "of.along[k] - 3 * box.noise[k]", "abs(of.along[k]) - 3 * box.noise[k]", "core_patch_filter"),
+    Bug("filter_near_t", "the filter rounds a t that may be on either side", "primitive/patch/quick_roots-inl.h",
+        "bits_of<F>(least == most)", "bits_of<F>(least <= most)", "core_patch_filter"),
+    Bug("filter_border", "the filter has an answer beside the border of a part", "primitive/patch/quick_roots-inl.h",
+        "away[a] <= set<V>(kInner)", "away[a] <= set<V>(2 - kInner)", "core_patch_filter"),
     Bug("fan_row_narrow", "rows of a fan meet the inner half of a sub-patch alone", "primitive/freeform/fan_rows-inl.h",
         "wide[a] = kBorder + part.reach[a];", "wide[a] = 0.5f * (kBorder + part.reach[a]);", "core_patch_kernels"),
     # Trims of patches.

@@ -13,9 +13,11 @@ namespace tessera::core {
 // Requires: the set is compiled in.
 CubicSolverCall cubic_solver(Isa isa);
 CubicSolversCall cubic_solvers(Isa isa);
+QuickAnswersCall quick_answers(Isa isa);
 
 // Those of the widest set that is compiled in and that this processor has.
 CubicSolverCall widest_cubic_solver();
 CubicSolversCall widest_cubic_solvers();
+QuickAnswersCall widest_quick_answers();
 
 }  // namespace tessera::core

@@ -29,6 +29,17 @@ struct PatchQuestion {
 // The same for any number of questions, side by side. Shape: questions, to [count].
 using CubicSolversCall = void (*)(const PatchQuestion* questions, int count, SolvedPatch* to);
 
+// What float32 proves of a question: is_hit and t are those of the complete solver, t as a float32.
+struct QuickAnswer {
+  bool is_known, is_hit;
+  float t;  // of hits
+};
+
+// Answers what it can of questions whose t_range has no end. Shape: questions, to [count], count up
+// to kQuickMost. Requires: polynomial bicubic patches, sub-patches with frames.
+using QuickAnswersCall = void (*)(const PatchQuestion* questions, int count, QuickAnswer* to);
+
+inline constexpr int kQuickMost = 64;
 inline constexpr int kCubicMax = 3;
 inline constexpr int kSolverBoxesMax = 1024;
 

@@ -66,6 +66,39 @@ HWY_INLINE void each_row(const float* const (&from)[kLanesOf<Doubles>], const Ta
 #endif
 }
 
+#if HWY_TARGET != HWY_SCALAR
+// The same for registers of float, four numbers of each lane at once. Shape: from [kLaneCount].
+template <int kCount, class Take>
+HWY_INLINE void each_float_row(const float* const (&from)[kLaneCount], const Take& take) {
+  static_assert(kCount % 4 == 0);
+  const TagOf<Floats> d;
+  for (int first = 0; first < kCount; first += 4) {
+    // Block b of register r has numbers of lane 4 b + r.
+    Floats x[4] = {};
+    for (size_t r = 0; r < 4; ++r) {
+      const auto block = [&](size_t b) HWY_ATTR {
+        return load_unaligned<FloatsOf<4>>(from[4 * b + r] + first);
+      };
+#if HWY_TARGET == HWY_AVX3
+      const TagOf<FloatsOf<8>> half;
+      x[r] = hn::Combine(d, hn::Combine(half, block(3), block(2)),
+                         hn::Combine(half, block(1), block(0)));
+#elif HWY_TARGET == HWY_AVX2
+      x[r] = hn::Combine(d, block(1), block(0));
+#else
+      x[r] = block(0);
+#endif
+    }
+    const Floats even[2] = {hn::InterleaveLower(d, x[0], x[2]), hn::InterleaveUpper(d, x[0], x[2])};
+    const Floats odd[2] = {hn::InterleaveLower(d, x[1], x[3]), hn::InterleaveUpper(d, x[1], x[3])};
+    for (int k = 0; k < 2; ++k) {
+      take(first + 2 * k, hn::InterleaveLower(d, even[k], odd[k]));
+      take(first + 2 * k + 1, hn::InterleaveUpper(d, even[k], odd[k]));
+    }
+  }
+}
+#endif
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();

@@ -66,6 +66,50 @@ PatchAnswer kept_answer(const PatchQuestion& q, const SolvedPatch& hit) {
   return {true, static_cast<float>(hit.t), hit.u, hit.v};
 }
 
+// Numbers of questions, in order.
+struct Numbers {
+  int count = 0;
+  int of[kPatchQuestionsMax];
+
+  void put(int number) { of[count++] = number; }
+  const int* begin() const { return of; }
+  const int* end() const { return of + count; }
+};
+
+bool is_for_filter(const PatchQuestion& q) {
+  const Patch& patch = *q.patch;
+  return patch.degree_u == 3 && patch.degree_v == 3 && !patch.is_rational && q.part->has_frame &&
+         !is_fat_border(*q.part);
+}
+
+// Answers what float32 proves. Returns: the others.
+Numbers left_by_filter(const PatchQuestion* questions, int count, PatchAnswer* answers) {
+  static const QuickAnswersCall answer = widest_quick_answers();
+  static_assert(kPatchQuestionsMax <= kQuickMost);
+  Numbers left, asked;
+  PatchQuestion of[kPatchQuestionsMax];
+  QuickAnswer to[kPatchQuestionsMax];
+  for (int k = 0; k < count; ++k) {
+    if (is_for_filter(questions[k])) {
+      of[asked.count] = questions[k];
+      asked.put(k);
+    } else {
+      left.put(k);
+    }
+  }
+  answer(of, asked.count, to);
+  for (int i = 0; i < asked.count; ++i) {
+    const int k = asked.of[i];
+    // Trims need the solver's own u and v.
+    if (!to[i].is_known || (to[i].is_hit && questions[k].part->is_trimmed)) {
+      left.put(k);
+    } else {
+      answers[k] = {to[i].is_hit, to[i].t, 0, 0};
+    }
+  }
+  return left;
+}
+
 }  // namespace
 
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
@@ -86,15 +130,9 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
 
 void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
   static const CubicSolversCall solve_cubics = widest_cubic_solvers();
-  SolvedPatch solved[kPatchQuestionsMax];
-  if (std::all_of(questions, questions + count, is_for_cubics)) {
-    solve_cubics(questions, count, solved);
-    for (int k = 0; k < count; ++k) answers[k] = kept_answer(questions[k], solved[k]);
-    return;
-  }
   PatchQuestion cubic[kPatchQuestionsMax];
   int number[kPatchQuestionsMax], cubic_count = 0;
-  for (int k = 0; k < count; ++k) {
+  for (const int k : left_by_filter(questions, count, answers)) {
     if (is_for_cubics(questions[k])) {
       number[cubic_count] = k;
       cubic[cubic_count++] = questions[k];
@@ -102,6 +140,7 @@ void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answ
       answers[k] = solved_alone(questions[k]);
     }
   }
+  SolvedPatch solved[kPatchQuestionsMax];
   solve_cubics(cubic, cubic_count, solved);
   for (int k = 0; k < cubic_count; ++k) answers[number[k]] = kept_answer(cubic[k], solved[k]);
 }
