@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Boxes of which it is proved that each has one root at most (quick_cubics-inl.h), a register of
-// them ended in double. What counts is the float32 that the complete solver's t becomes: a box stays
-// open where it is not certain which that is, or whether it is before t_min.
+// them ended in double. What counts is the float32 that the complete solver's t becomes: a box
+// stays open where it is not certain which that is, or whether it is before t_min.
 //
 // As in patch_decision-inl.h a ray sees F(x, y) = (S_a - o_a - p (S_n - o_n), S_b - o_b - q (S_n -
 // o_n)) in the frame of its sub-patch, and t = (S_n - o_n) / d_n. B_k bounds |F_xx| + 2 |F_xy| +
