@@ -113,7 +113,7 @@ CubicLaneRoots::Ends CubicLaneRoots::run(M lanes) const {
     tolerance[0] = select(moves, Limits::kOverlap + scale * length_of(jet.dv), tolerance[0]);
     tolerance[1] = select(moves, Limits::kOverlap + scale * length_of(jet.du), tolerance[1]);
     const V now = max(abs(moved[0]), abs(moved[1]));
-    M is_last = now <= 0x1p-15 * size || now <= set<V>(0x1p-34);
+    M is_last = now <= Limits::kLastStep * size || now <= set<V>(0x1p-34);
     if (step > 4) is_last = is_last || now >= last;
     if (step == Limits::kNewtonStepsMax) is_last = moves;
     last = now;

@@ -16,12 +16,9 @@
 // solver's tolerance at borders have no say.
 //
 // t. The complete solver's t is that of a tangent plane, too, at the point from which its last step
-// leads next to the root. That step is at most 2^-15 of the side of its box, which lies in the
-// first one; `half` below is half of the side of that. So the point is nearer than 2^-13 half, and
-// either t is off by what is left of second order, L ((m + e)^2 + half^2 2^-28) in F_k and in S_n,
-// carried on by Y and the slopes of S_n. L is what the second derivatives are near the root: those
-// at z, and 2^-8 B for what they change by within 2^-13 of it. (Polynomials of degree up to 3
-// change by at most 9 times their bound per unit, by A. Markov's inequality.)
+// leads next to the root. That step is at most 2^-20 of the side of its box, which lies in the
+// first one; `half` below is half of the side of that. So either t is off by what is left of second
+// order, B ((m + e)^2 + half^2 2^-38) in F_k and in S_n, carried on by Y and the slopes of S_n.
 //
 // Roundings are those of patch_decision-inl.h: F and S_n are off by at most the norms of the
 // frame's rows times 2^-46 R, here and in the complete solver. Four times that stands for both.
@@ -56,16 +53,11 @@ class QuickRays {
   struct Jet {
     V at[3], dx[3], dy[3];
   };
-  // |xx| + 2 |xy| + |yy| of each.
-  struct Bend {
-    V of[3];
-  };
 
   // Puts question number[lane] into each lane.
   HWY_INLINE QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]);
 
-  HWY_INLINE Jet jet(V x, V y) const { return jet_and_bend<false>(x, y, nullptr); }
-  HWY_INLINE Jet jet(V x, V y, Bend& bend) const { return jet_and_bend<true>(x, y, &bend); }
+  HWY_INLINE Jet jet(V x, V y) const;
 
   V inverse{};  // 1 / d_n
   V half{};     // of the side of the complete solver's first box
@@ -75,9 +67,6 @@ class QuickRays {
   V off[3] = {};   // by roundings
 
  private:
-  template <bool kBends>
-  HWY_INLINE Jet jet_and_bend(V x, V y, Bend* bend) const;
-
   V half_[2] = {}, middle_[2] = {};  // of the sub-patch in the patch's square
   alignas(64) double point_[48][kWidth];
 };
@@ -148,9 +137,8 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
   });
 }
 
-template <bool kBends>
-QuickRays::Jet QuickRays::jet_and_bend(V x, V y, Bend* bends) const {
-  V weight[2][4] = {}, slope[2][4] = {}, second[2][4] = {};
+QuickRays::Jet QuickRays::jet(V x, V y) const {
+  V weight[2][4] = {}, slope[2][4] = {};
   const V at[2] = {x, y};
   for (int a = 0; a < 2; ++a) {
     const V u = mul_add(half_[a], at[a], middle_[a]), v = 1 - u;
@@ -163,32 +151,22 @@ QuickRays::Jet QuickRays::jet_and_bend(V x, V y, Bend* bends) const {
     slope[a][1] = h * (vv - uv);
     slope[a][2] = h * (uv - uu);
     slope[a][3] = h * uu;
-    if (!kBends) continue;
-    const V hh = 2 * h * half_[a];
-    second[a][0] = hh * v;
-    second[a][1] = hh * (3 * u - 2);
-    second[a][2] = hh * (1 - 3 * u);
-    second[a][3] = hh * u;
   }
   const auto sum = [](const V(&w)[4], const V(&of)[4]) HWY_ATTR {
     return mul_add(w[3], of[3], mul_add(w[2], of[2], mul_add(w[1], of[1], w[0] * of[0])));
   };
   Jet jet = {};
   for (int c = 0; c < 3; ++c) {
-    V value[4] = {}, across[4] = {}, twice[4] = {};
+    V value[4] = {}, across[4] = {};
     for (int i = 0; i < 4; ++i) {
       V q[4] = {};
       for (int j = 0; j < 4; ++j) q[j] = load<V>(point_[3 * (4 * i + j) + c]);
       value[i] = sum(weight[1], q);
       across[i] = sum(slope[1], q);
-      if (kBends) twice[i] = sum(second[1], q);
     }
     jet.at[c] = sum(weight[0], value);
     jet.dx[c] = sum(slope[0], value);
     jet.dy[c] = sum(weight[0], across);
-    if (kBends)
-      bends->of[c] =
-          abs(sum(second[0], value)) + 2 * abs(sum(slope[0], across)) + abs(sum(weight[0], twice));
   }
   return jet;
 }
@@ -263,8 +241,7 @@ uint64_t QuickRoots::settle(const PatchQuestion* questions, QuickAnswer* to) {
     for (int a = 0; a < 2; ++a) at[a] = min(max(at[a] + step.by[a], low[a]), high[a]);
     if (is_none<V>(lanes && step.size() > set<V>(kNear))) break;
   }
-  QuickRays::Bend local = {};
-  const QuickRays::Jet jet = rays.jet(at[0], at[1], local);
+  const QuickRays::Jet jet = rays.jet(at[0], at[1]);
   const Step last = step_of(jet);
   // |Y| times something of F.
   const auto moves = [&](const V(&f)[3], int a) HWY_ATTR {
@@ -274,10 +251,9 @@ uint64_t QuickRoots::settle(const PatchQuestion* questions, QuickAnswer* to) {
   const V e = max(moves(rays.off, 0), moves(rays.off, 1)), m = last.size() + e;
   M is_root = lanes && m <= set<V>(kLast) &&
               max(moves(rays.bend, 0), moves(rays.bend, 1)) * m <= set<V>(0.25);
-  const V left = mul_add(m, m, 0x1p-28 * (rays.half * rays.half));
+  const V left = mul_add(m, m, 0x1p-38 * (rays.half * rays.half));
   V rest[3] = {};
-  for (int c = 0; c < 3; ++c)
-    rest[c] = mul_add(left, mul_add(set<V>(0x1p-8), rays.bend[c], local.of[c]), rays.off[c]);
+  for (int c = 0; c < 3; ++c) rest[c] = mul_add(left, rays.bend[c], rays.off[c]);
   const V away[2] = {moves(rest, 0), moves(rest, 1)};
   for (int a = 0; a < 2; ++a) {
     const V next = at[a] + last.by[a], room = away[a] + rays.places_off;
