@@ -15,7 +15,8 @@
 // is not clamped leaves F, times the inverse of F' anywhere in the box, at r / (2 (1 - r)) s^2 =
 // 0.39 s^2 at most, which bounds the next step. A step within the box has s <= 2, so steps become
 // smaller, and none ends where F is not small. Newton ends at steps of 2^-20 of the box: what is
-// left is below 2^-39 of it, and t, of the tangent plane before that step, is as near to the root's.
+// left is below 2^-39 of it, and t, of the tangent plane before that step, is as near to that of
+// the root.
 //
 // Threads. Pure functions.
 #include "slave/core/primitive/patch/cubic_solver_layout.h"
