@@ -29,6 +29,19 @@ HWY_INLINE LaneTriple cross_of(LaneTriple a, LaneTriple b) {
 HWY_INLINE Doubles length_of(LaneTriple a) { return sqrt(dot_of(a, a)); }
 HWY_INLINE LaneTriple unit_of(LaneTriple a) { return (1 / length_of(a)) * a; }
 
+// Bernstein polynomials of degree 3 at u, and their derivatives by what u is `half` times of.
+HWY_INLINE void cubic_weights(Doubles u, Doubles half, Doubles (&weight)[4], Doubles (&slope)[4]) {
+  const Doubles v = 1 - u, uu = u * u, vv = v * v, uv = 2 * (u * v), h = 3 * half;
+  weight[0] = vv * v;
+  weight[1] = 3 * (vv * u);
+  weight[2] = 3 * (uu * v);
+  weight[3] = uu * u;
+  slope[0] = -h * vv;
+  slope[1] = h * (vv - uv);
+  slope[2] = h * (uv - uu);
+  slope[3] = h * uu;
+}
+
 // A part of [0, 1] of one parameter, in each lane: what CubicNet::restrict_rows() takes.
 struct LaneRange {
   Doubles from, to;

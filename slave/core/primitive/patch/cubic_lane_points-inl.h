@@ -67,8 +67,6 @@ class CubicLanePoints {
   static HWY_INLINE bool is_bicubic(const Patch& patch) {
     return !patch.is_rational && patch.degree_u == 3 && patch.degree_v == 3;
   }
-  // Bernstein polynomials of degree 3, and their derivatives by x or y.
-  HWY_INLINE void weights(int a, V x, V (&weight)[4], V (&slope)[4]) const;
   template <bool kRational>
   HWY_INLINE Jet jet(V x, V y) const;
 
@@ -162,24 +160,11 @@ void CubicLanePoints::put_other(int lane, const PatchQuestion& question) {
   is_any_rational_ = is_any_rational_ || points.is_rational;
 }
 
-void CubicLanePoints::weights(int a, V x, V (&weight)[4], V (&slope)[4]) const {
-  const V u = middle(a) + half(a) * x, v = 1 - u, uu = u * u, vv = v * v, uv = 2 * (u * v);
-  weight[0] = vv * v;
-  weight[1] = 3 * (vv * u);
-  weight[2] = 3 * (uu * v);
-  weight[3] = uu * u;
-  const V h = 3 * half(a);
-  slope[0] = -h * vv;
-  slope[1] = h * (vv - uv);
-  slope[2] = h * (uv - uu);
-  slope[3] = h * uu;
-}
-
 template <bool kRational>
 CubicLanePoints::Jet CubicLanePoints::jet(V x, V y) const {
   V weight[2][4] = {}, slope[2][4] = {};
-  weights(0, x, weight[0], slope[0]);
-  weights(1, y, weight[1], slope[1]);
+  cubic_weights(middle(0) + half(0) * x, half(0), weight[0], slope[0]);
+  cubic_weights(middle(1) + half(1) * y, half(1), weight[1], slope[1]);
   constexpr int kComponents = kRational ? 4 : 3;
   V of[3][4] = {};
   for (int a = 0; a < kComponents; ++a) {

@@ -33,6 +33,7 @@
 #define TESSERA_CORE_QUICK_ROOTS_INL_H_
 #endif
 
+#include "slave/core/primitive/patch/cubic_lane_net-inl.h"
 #include "slave/core/primitive/patch/lane_rows-inl.h"
 #include "slave/core/simd/real-inl.h"
 
@@ -140,18 +141,8 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
 QuickRays::Jet QuickRays::jet(V x, V y) const {
   V weight[2][4] = {}, slope[2][4] = {};
   const V at[2] = {x, y};
-  for (int a = 0; a < 2; ++a) {
-    const V u = mul_add(half_[a], at[a], middle_[a]), v = 1 - u;
-    const V uu = u * u, vv = v * v, uv = 2 * (u * v), h = 3 * half_[a];
-    weight[a][0] = vv * v;
-    weight[a][1] = 3 * (vv * u);
-    weight[a][2] = 3 * (uu * v);
-    weight[a][3] = uu * u;
-    slope[a][0] = -h * vv;
-    slope[a][1] = h * (vv - uv);
-    slope[a][2] = h * (uv - uu);
-    slope[a][3] = h * uu;
-  }
+  for (int a = 0; a < 2; ++a)
+    cubic_weights(mul_add(half_[a], at[a], middle_[a]), half_[a], weight[a], slope[a]);
   const auto sum = [](const V(&w)[4], const V(&of)[4]) HWY_ATTR {
     return mul_add(w[3], of[3], mul_add(w[2], of[2], mul_add(w[1], of[1], w[0] * of[0])));
   };
@@ -288,7 +279,7 @@ void QuickRoots::forget(int count) {
   count_ -= count;
   const auto move = [&](float* row) HWY_ATTR {
     for (int first = 0; first < count_; first += kWidth)
-      store_unaligned(load_unaligned<F>(row + first + kWidth), row + first);
+      store_unaligned(load_unaligned<F>(row + first + count), row + first);
   };
   move(number_);
   for (int a = 0; a < 2; ++a) {
