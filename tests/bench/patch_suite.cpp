@@ -58,7 +58,7 @@ struct Way {
   const Contender* contender;
   const Workload* work;
   double cpu_seconds = INFINITY;
-  double asked = 0;  // answers out of line, of a ray
+  double asked = 0;  // of the filter and the complete solver, of a ray
 };
 
 Vec3f at(const float (&values)[3][kBlockRays], int i) {
@@ -232,7 +232,7 @@ std::string report(RayKind kind, const std::vector<Row>& rows,
     JsonObject json;
     json.add("name", rows[r].name).add("way", best->contender->name);
     json.add("mrays_per_cpu_second", rate(*best)).add("patches_to_these", to_these);
-    if (rows[r].cells == 0) json.add("complete_solver_per_ray", best->asked);
+    if (rows[r].cells == 0) json.add("questions_per_ray", best->asked);
     std::string all;
     for (const Way& way : ways[r]) {
       JsonObject one;
