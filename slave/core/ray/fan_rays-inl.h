@@ -384,8 +384,11 @@ HWY_INLINE void FanRays::shorten() {
 
 HWY_INLINE FanRays::V FanRays::farthest(size_t at) const {
   const V near = load<V>(low + at), infinity = set<V>(__builtin_inff());
-  const V t = 1 / (near * abs(load<V>(direction[kz] + at))) * (1 + kNearSlack);
-  return select(near > 0, select(near < infinity, t, -infinity), infinity);
+  // A product below the least normal number takes a hundred cycles, and `low` of endless rays is
+  // -kUnderflow. So limits beyond 2^100 count as none.
+  const V least = set<V>(0x1p-100f);
+  const V t = 1 / (max(near, least) * abs(load<V>(direction[kz] + at))) * (1 + kNearSlack);
+  return select(near > least, select(near < infinity, t, -infinity), infinity);
 }
 
 }  // namespace HWY_NAMESPACE
