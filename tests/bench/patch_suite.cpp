@@ -30,6 +30,14 @@ void __wrap__ZN7tessera4core14solved_answersEPKNS0_13PatchQuestionEiPNS0_11Patch
   __real__ZN7tessera4core14solved_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
       questions, count, answers);
 }
+std::uint64_t __real__ZN7tessera4core16filtered_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
+    const tessera::core::PatchQuestion* questions, int count, tessera::core::PatchAnswer* answers);
+std::uint64_t __wrap__ZN7tessera4core16filtered_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
+    const tessera::core::PatchQuestion* questions, int count, tessera::core::PatchAnswer* answers) {
+  answer_count += static_cast<std::uint64_t>(count);
+  return __real__ZN7tessera4core16filtered_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
+      questions, count, answers);
+}
 }
 
 namespace tessera::bench {

@@ -40,12 +40,19 @@ class PatchPacketTest {
   // name.
   HWY_NOINLINE bool test(const Patch* patches, const SubPatch& part);
   // Asks the complete solver what waits to be asked. Returns: whether some ray has a new best hit.
-  HWY_INLINE bool settle_waiting() { return waiting_count_ != 0 && ask_waiting(); }
+  HWY_INLINE bool settle_waiting() {
+    bool has_hit = waiting_count_ != 0 && ask_waiting();
+    if (hard_count_ != 0) has_hit |= ask_hard();
+    return has_hit;
+  }
 
  private:
   // Questions to the complete solver are put together: it keeps its lanes busy where there are
   // several times as many, and rays learn of hits the later the more there are.
   static constexpr int kWorthAsking = 24;
+  // The few that float32 leaves open fill the solver's lanes only where several batches are put
+  // together.
+  static constexpr int kHardWorthAsking = 8;
 
   // Rays that may meet a sub-patch, side by side; the last ones are repeated to fill a register.
   struct Candidates {
@@ -75,6 +82,7 @@ class PatchPacketTest {
   // Requires: there are some.
   HWY_NOINLINE bool ask_all(const Patch& patch, const SubPatch& part, uint64_t possible);
   HWY_NOINLINE bool ask_waiting();
+  HWY_NOINLINE bool ask_hard();
   HWY_INLINE bool take(const SubPatch& part, size_t ray, float t) {
     if (!kAny) test_.settle(ray);
     return rays_.template take<kAny>(ray, t, least_t(rays_, ray), part.primitive);
@@ -86,6 +94,9 @@ class PatchPacketTest {
   int waiting_count_ = 0;
   uint8_t waiting_ray_[kPatchQuestionsMax];
   PatchQuestion waiting_[kPatchQuestionsMax];
+  int hard_count_ = 0;  // of those that are left open
+  uint8_t hard_ray_[kPatchQuestionsMax];
+  PatchQuestion hard_[kPatchQuestionsMax];
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
@@ -152,11 +163,37 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const Sub
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketTest<W, kAny, Rays, Test>::ask_waiting() {
   PatchAnswer answers[kPatchQuestionsMax];
-  solved_answers(waiting_, waiting_count_, answers);
+  const uint64_t left = filtered_answers(waiting_, waiting_count_, answers);
   bool has_hit = false;
-  for (int k = 0; k < waiting_count_; ++k)
-    if (answers[k].is_hit) has_hit |= take(*waiting_[k].part, waiting_ray_[k], answers[k].t);
+  if (hard_count_ + __builtin_popcountll(left) > kPatchQuestionsMax) has_hit = ask_hard();
+  for (int k = 0; k < waiting_count_; ++k) {
+    if ((left >> k & 1) != 0) {
+      hard_ray_[hard_count_] = waiting_ray_[k];
+      hard_[hard_count_++] = waiting_[k];
+    } else if (answers[k].is_hit) {
+      has_hit |= take(*waiting_[k].part, waiting_ray_[k], answers[k].t);
+    }
+  }
   waiting_count_ = 0;
+  return hard_count_ < kHardWorthAsking ? has_hit : has_hit | ask_hard();
+}
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+bool PatchPacketTest<W, kAny, Rays, Test>::ask_hard() {
+  // Rays that were blocked meanwhile look for nothing.
+  int count = 0;
+  for (int k = 0; k < hard_count_; ++k) {
+    const size_t ray = hard_ray_[k];
+    if (kAny && rays_.best_t[ray] < least_t(rays_, ray)) continue;
+    hard_ray_[count] = hard_ray_[k];
+    hard_[count++] = hard_[k];
+  }
+  hard_count_ = 0;
+  PatchAnswer answers[kPatchQuestionsMax];
+  unfiltered_answers(hard_, count, answers);
+  bool has_hit = false;
+  for (int k = 0; k < count; ++k)
+    if (answers[k].is_hit) has_hit |= take(*hard_[k].part, hard_ray_[k], answers[k].t);
   return has_hit;
 }
 

@@ -66,48 +66,10 @@ PatchAnswer kept_answer(const PatchQuestion& q, const SolvedPatch& hit) {
   return {true, static_cast<float>(hit.t), hit.u, hit.v};
 }
 
-// Numbers of questions, in order.
-struct Numbers {
-  int count = 0;
-  int of[kPatchQuestionsMax];
-
-  void put(int number) { of[count++] = number; }
-  const int* begin() const { return of; }
-  const int* end() const { return of + count; }
-};
-
 bool is_for_filter(const PatchQuestion& q) {
   const Patch& patch = *q.patch;
   return patch.degree_u == 3 && patch.degree_v == 3 && !patch.is_rational && q.part->has_frame &&
          !is_fat_border(*q.part);
-}
-
-// Answers what float32 proves. Returns: the others.
-Numbers left_by_filter(const PatchQuestion* questions, int count, PatchAnswer* answers) {
-  static const QuickAnswersCall answer = widest_quick_answers();
-  static_assert(kPatchQuestionsMax <= kQuickMost);
-  Numbers left, asked;
-  PatchQuestion of[kPatchQuestionsMax];
-  QuickAnswer to[kPatchQuestionsMax];
-  for (int k = 0; k < count; ++k) {
-    if (is_for_filter(questions[k])) {
-      of[asked.count] = questions[k];
-      asked.put(k);
-    } else {
-      left.put(k);
-    }
-  }
-  answer(of, asked.count, to);
-  for (int i = 0; i < asked.count; ++i) {
-    const int k = asked.of[i];
-    // Trims need the solver's own u and v.
-    if (!to[i].is_known || (to[i].is_hit && questions[k].part->is_trimmed)) {
-      left.put(k);
-    } else {
-      answers[k] = {to[i].is_hit, to[i].t, 0, 0};
-    }
-  }
-  return left;
 }
 
 }  // namespace
@@ -128,11 +90,39 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
   });
 }
 
-void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
+uint64_t filtered_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
+  static const QuickAnswersCall answer = widest_quick_answers();
+  static_assert(kPatchQuestionsMax <= kQuickMost && kPatchQuestionsMax <= 64);
+  uint64_t left = 0;
+  int number[kPatchQuestionsMax], asked_count = 0;
+  PatchQuestion asked[kPatchQuestionsMax];
+  QuickAnswer to[kPatchQuestionsMax];
+  for (int k = 0; k < count; ++k) {
+    if (is_for_filter(questions[k])) {
+      number[asked_count] = k;
+      asked[asked_count++] = questions[k];
+    } else {
+      left |= uint64_t{1} << k;
+    }
+  }
+  answer(asked, asked_count, to);
+  for (int i = 0; i < asked_count; ++i) {
+    const int k = number[i];
+    // Trims need the solver's own u and v.
+    if (!to[i].is_known || (to[i].is_hit && questions[k].part->is_trimmed)) {
+      left |= uint64_t{1} << k;
+    } else {
+      answers[k] = {to[i].is_hit, to[i].t, 0, 0};
+    }
+  }
+  return left;
+}
+
+void unfiltered_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
   static const CubicSolversCall solve_cubics = widest_cubic_solvers();
   PatchQuestion cubic[kPatchQuestionsMax];
   int number[kPatchQuestionsMax], cubic_count = 0;
-  for (const int k : left_by_filter(questions, count, answers)) {
+  for (int k = 0; k < count; ++k) {
     if (is_for_cubics(questions[k])) {
       number[cubic_count] = k;
       cubic[cubic_count++] = questions[k];
@@ -143,6 +133,20 @@ void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answ
   SolvedPatch solved[kPatchQuestionsMax];
   solve_cubics(cubic, cubic_count, solved);
   for (int k = 0; k < cubic_count; ++k) answers[number[k]] = kept_answer(cubic[k], solved[k]);
+}
+
+void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
+  PatchQuestion asked[kPatchQuestionsMax];
+  PatchAnswer to[kPatchQuestionsMax];
+  int number[kPatchQuestionsMax], asked_count = 0;
+  for (uint64_t left = filtered_answers(questions, count, answers); left != 0; left &= left - 1) {
+    number[asked_count] = std::countr_zero(left);
+    asked[asked_count] = questions[number[asked_count]];
+    ++asked_count;
+  }
+  if (asked_count == 0) return;
+  unfiltered_answers(asked, asked_count, to);
+  for (int i = 0; i < asked_count; ++i) answers[number[i]] = to[i];
 }
 
 bool is_kept(const Patch& patch, double u, double v) {

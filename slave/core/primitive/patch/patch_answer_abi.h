@@ -31,6 +31,12 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
 inline constexpr int kPatchQuestionsMax = 64;
 void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers);
 
+// The same in two parts, for callers that put off what takes long: first what the filter in float32
+// proves (quick_cubics-inl.h), and then the others, for which the complete solver has registers.
+// Returns: the bits of the others, whose answers are not written.
+uint64_t filtered_answers(const PatchQuestion* questions, int count, PatchAnswer* answers);
+void unfiltered_answers(const PatchQuestion* questions, int count, PatchAnswer* answers);
+
 // Whether the patch is there at (u, v). To be asked for hits of sub-patches that are trimmed.
 bool is_kept(const Patch& patch, double u, double v);
 
