@@ -39,10 +39,10 @@ class PatchPacketTest {
   // The same, wherever they are; they stay until settle_waiting(). patches: those that sub-patches
   // name.
   HWY_NOINLINE bool test(const Patch* patches, const SubPatch& part);
-  // Asks the complete solver what waits to be asked. Returns: whether some ray has a new best hit.
+  // Has all answered that waits. Returns: whether some ray has a new best hit.
   HWY_INLINE bool settle_waiting() {
-    bool has_hit = waiting_count_ != 0 && ask_waiting();
-    if (hard_count_ != 0) has_hit |= ask_hard();
+    bool has_hit = waiting_.count != 0 && ask_waiting();
+    if (open_.count != 0) has_hit |= ask_open();
     return has_hit;
   }
 
@@ -50,15 +50,29 @@ class PatchPacketTest {
   // Questions to the complete solver are put together: it keeps its lanes busy where there are
   // several times as many, and rays learn of hits the later the more there are.
   static constexpr int kWorthAsking = 24;
-  // The few that float32 leaves open fill the solver's lanes only where several batches are put
-  // together.
-  static constexpr int kHardWorthAsking = 8;
+  // A filter answers most of them. The few that it leaves open fill the solver's lanes only where
+  // those of several batches are put together.
+  static constexpr int kOpenWorthAsking = 8;
 
   // Rays that may meet a sub-patch, side by side; the last ones are repeated to fill a register.
   struct Candidates {
     int count = 0;
     uint8_t ray[kPacketRays];
     alignas(64) double origin[3][kPacketRays + 8], direction[3][kPacketRays + 8];
+  };
+
+  // Rays, and what they ask.
+  struct Questions {
+    int count = 0;
+    uint8_t ray[kPatchQuestionsMax];
+    PatchQuestion question[kPatchQuestionsMax];
+
+    HWY_INLINE bool has_room(int more) const { return count + more <= kPatchQuestionsMax; }
+    // Requires: there is room.
+    HWY_INLINE void put(uint8_t from, const PatchQuestion& what) {
+      ray[count] = from;
+      question[count++] = what;
+    }
   };
 
   using Filter = PatchFilter<Rays>;
@@ -82,7 +96,7 @@ class PatchPacketTest {
   // Requires: there are some.
   HWY_NOINLINE bool ask_all(const Patch& patch, const SubPatch& part, uint64_t possible);
   HWY_NOINLINE bool ask_waiting();
-  HWY_NOINLINE bool ask_hard();
+  HWY_NOINLINE bool ask_open();
   HWY_INLINE bool take(const SubPatch& part, size_t ray, float t) {
     if (!kAny) test_.settle(ray);
     return rays_.template take<kAny>(ray, t, least_t(rays_, ray), part.primitive);
@@ -91,12 +105,8 @@ class PatchPacketTest {
   Rays& rays_;
   Test<W, kAny>& test_;
   FanRows rows_;
-  int waiting_count_ = 0;
-  uint8_t waiting_ray_[kPatchQuestionsMax];
-  PatchQuestion waiting_[kPatchQuestionsMax];
-  int hard_count_ = 0;  // of those that are left open
-  uint8_t hard_ray_[kPatchQuestionsMax];
-  PatchQuestion hard_[kPatchQuestionsMax];
+  Questions waiting_;
+  Questions open_;  // of those that waited
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
@@ -144,11 +154,11 @@ template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const SubPatch& part,
                                                    uint64_t possible) {
   bool has_hit = false;
-  if (waiting_count_ + __builtin_popcountll(possible) > kPatchQuestionsMax) has_hit = ask_waiting();
+  if (!waiting_.has_room(__builtin_popcountll(possible))) has_hit = ask_waiting();
   do {
     const auto number = static_cast<size_t>(__builtin_ctzll(possible));
-    waiting_ray_[waiting_count_] = static_cast<uint8_t>(number);
-    PatchQuestion& question = waiting_[waiting_count_++];
+    waiting_.ray[waiting_.count] = static_cast<uint8_t>(number);
+    PatchQuestion& question = waiting_.question[waiting_.count++];
     question.patch = &patch;
     question.part = &part;
     origin_of(rays_, number, question.origin);
@@ -157,43 +167,43 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const Sub
     question.t_range[1] = __builtin_inff();
     possible &= possible - 1;
   } while (possible != 0);
-  return waiting_count_ < kWorthAsking ? has_hit : has_hit | ask_waiting();
+  return waiting_.count < kWorthAsking ? has_hit : has_hit | ask_waiting();
 }
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketTest<W, kAny, Rays, Test>::ask_waiting() {
   PatchAnswer answers[kPatchQuestionsMax];
-  const uint64_t left = filtered_answers(waiting_, waiting_count_, answers);
+  const uint64_t left = filtered_answers(waiting_.question, waiting_.count, answers);
   bool has_hit = false;
-  if (hard_count_ + __builtin_popcountll(left) > kPatchQuestionsMax) has_hit = ask_hard();
-  for (int k = 0; k < waiting_count_; ++k) {
+  if (!open_.has_room(__builtin_popcountll(left))) has_hit = ask_open();
+  for (int k = 0; k < waiting_.count; ++k) {
+    const PatchQuestion& question = waiting_.question[k];
     if ((left >> k & 1) != 0) {
-      hard_ray_[hard_count_] = waiting_ray_[k];
-      hard_[hard_count_++] = waiting_[k];
+      open_.put(waiting_.ray[k], question);
     } else if (answers[k].is_hit) {
-      has_hit |= take(*waiting_[k].part, waiting_ray_[k], answers[k].t);
+      has_hit |= take(*question.part, waiting_.ray[k], answers[k].t);
     }
   }
-  waiting_count_ = 0;
-  return hard_count_ < kHardWorthAsking ? has_hit : has_hit | ask_hard();
+  waiting_.count = 0;
+  return open_.count < kOpenWorthAsking ? has_hit : has_hit | ask_open();
 }
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool PatchPacketTest<W, kAny, Rays, Test>::ask_hard() {
-  // Rays that were blocked meanwhile look for nothing.
-  int count = 0;
-  for (int k = 0; k < hard_count_; ++k) {
-    const size_t ray = hard_ray_[k];
-    if (kAny && rays_.best_t[ray] < least_t(rays_, ray)) continue;
-    hard_ray_[count] = hard_ray_[k];
-    hard_[count++] = hard_[k];
+bool PatchPacketTest<W, kAny, Rays, Test>::ask_open() {
+  const int all = open_.count;
+  open_.count = 0;
+  for (int k = 0; k < all; ++k) {
+    const size_t ray = open_.ray[k];
+    // Rays that were blocked meanwhile look for nothing.
+    const bool looks = !kAny || rays_.best_t[ray] >= least_t(rays_, ray);
+    if (looks) open_.put(open_.ray[k], open_.question[k]);
   }
-  hard_count_ = 0;
   PatchAnswer answers[kPatchQuestionsMax];
-  unfiltered_answers(hard_, count, answers);
+  unfiltered_answers(open_.question, open_.count, answers);
   bool has_hit = false;
-  for (int k = 0; k < count; ++k)
-    if (answers[k].is_hit) has_hit |= take(*hard_[k].part, hard_ray_[k], answers[k].t);
+  for (int k = 0; k < open_.count; ++k)
+    if (answers[k].is_hit) has_hit |= take(*open_.question[k].part, open_.ray[k], answers[k].t);
+  open_.count = 0;
   return has_hit;
 }
 
