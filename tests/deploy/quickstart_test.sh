@@ -32,6 +32,7 @@ done
 [[ -z $(left) ]] || fail "processes are left: $(left)"
 
 for presses in 1 2; do
+  : >"$work/log"  # else the lines of the run before may be taken for this one's
   setsid env --default-signal=INT -u DISPLAY -u WAYLAND_DISPLAY deploy/quickstart.sh >"$work/log" 2>&1 &
   pid=$!
   for ((i = 0; i < 600; ++i)); do
@@ -50,6 +51,7 @@ for presses in 1 2; do
 done
 
 # Bash may lose a Ctrl-C that its programs see: the master says goodbye, and what follows cannot connect.
+: >"$work/log"
 env -u DISPLAY -u WAYLAND_DISPLAY deploy/quickstart.sh >"$work/log" 2>&1 &
 pid=$!
 for ((i = 0; i < 600; ++i)); do
