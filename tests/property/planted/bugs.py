@@ -178,7 +178,7 @@ BUGS = (
     Bug("patch_first_root", "of two roots the one that was found first", "primitive/patch/complete_solver.cpp",
         "best_.is_hit && !(t < best_.t)", "best_.is_hit", "core_patch_answers"),
     Bug("filter_two_roots", "a box may have two roots where the filter says one", "primitive/patch/quick_cubics-inl.h",
-        "of.along[k] - 3 * box.noise[k]", "abs(of.along[k]) - 3 * box.noise[k]", "core_patch_filter"),
+        "of.along[k] - 3 * noise[k]", "abs(of.along[k]) - 3 * noise[k]", "core_patch_filter"),
     Bug("filter_near_t", "the filter rounds a t that may be on either side", "primitive/patch/quick_roots-inl.h",
         "bits_of<F>(least == most)", "bits_of<F>(least <= most)", "core_patch_filter"),
     Bug("filter_border", "the filter has an answer beside the border of a part", "primitive/patch/quick_roots-inl.h",

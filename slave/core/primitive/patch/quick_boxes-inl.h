@@ -28,18 +28,18 @@ namespace HWY_NAMESPACE {
 // p: frame, centre, reach; r: origin, direction.
 struct QuickSight {
   Floats slope[2], at[2];
-  Floats row[2][3], norm[2];  // norm: |f_a| + |slope| |f_n|
-  Floats off[2];              // of `at`, by roundings in double
+  Floats norm[2];  // |f_a| + |slope| |f_n|
+  Floats off[2];   // of `at`, by roundings in double
 
   HWY_INLINE QuickSight(const Floats (&p)[16], const Floats (&r)[8]);
 };
 
-// A register of boxes. Nets are of what they were cut from: they are to be cut to [from, until].
+// A register of boxes.
 struct QuickBox {
   Floats net[2][16];         // coefficients of F, number 4 i + j of B_i(x) B_j(y)
-  Floats from[2], until[2];  // in [0, 1] of the nets' square
-  Floats low[2], high[2];    // of the box, in the square of the sub-patch
-  Floats noise[2];           // what coefficients may be off by, and what cutting them will add
+  Floats from[2], until[2];  // in the square of the patch
+  Floats low[2], high[2];    // about the same in the square of the sub-patch
+  Floats noise[2];           // what coefficients may be off by
   Floats number;             // of the question
   Floats age;
 };
@@ -63,7 +63,7 @@ class QuickBoxes {
   // Requires: count from 1 to kWidth; fewer than kWidth boxes.
   HWY_INLINE void put_first(const PatchQuestion* questions, int first, int count);
 
-  // Takes the next boxes out, cut to what is to be looked at. Returns: lanes that have one.
+  // Takes the next boxes out, with their nets. Returns: lanes that have one.
   HWY_INLINE M take(QuickBox& box);
 
   // Puts the boxes of these lanes back, those of `halves` in two, along x where `by_x`.
@@ -73,15 +73,14 @@ class QuickBoxes {
  private:
   static constexpr int kMost = 64 + 4 * kWidth;
   enum Row {
-    kNet = 0,
-    kFrom = 32,
-    kUntil = 34,
-    kLow = 36,
-    kHigh = 38,
-    kNoise = 40,
-    kNumber = 42,
-    kAge = 43,
-    kRows = 44
+    kFrom = 0,
+    kUntil = 2,
+    kLow = 4,
+    kHigh = 6,
+    kNoise = 8,
+    kNumber = 10,
+    kAge = 11,
+    kRows = 12
   };
 
   // Puts some lanes side by side.
@@ -95,13 +94,17 @@ class QuickBoxes {
    private:
     decltype(hn::IndicesFromVec(TagOf<V>(), IntOf<V>())) from_;
   };
+  // Shape: questions, to [count]. Returns: the largest coordinates of control points from centres.
+  static HWY_INLINE V put_nets(const PatchQuestion* questions, int count, const QuickSight& sight,
+                               float (*to)[2][16]);
   HWY_INLINE void append(const QuickBox& box, M lanes);
   HWY_NOINLINE void move_down();
-  template <int kAxis>
-  static HWY_INLINE void cut(V (&net)[16], const CubicCut<V>& cut);
+  template <int kStep>
+  static HWY_INLINE void cut_four(const V (&old)[4], const CubicCut<V>& cut, V* to);
 
   int first_ = 0, end_ = 0;
   alignas(64) float row_[kRows][kMost + kWidth];
+  alignas(64) float net_[kQuickMost][2][16];  // of questions, over their patches
 };
 
 QuickSight::QuickSight(const Floats (&p)[16], const Floats (&r)[8]) {
@@ -139,7 +142,6 @@ QuickSight::QuickSight(const Floats (&p)[16], const Floats (&r)[8]) {
     at[a] = narrow(places[a]);
     V sizes[2] = {set<V>(0), set<V>(0)};
     for (int k = 0; k < 3; ++k) {
-      row[a][k] = neg_mul_add(slope[a], p[6 + k], p[3 * a + k]);
       sizes[0] = sizes[0] + abs(p[3 * a + k]);
       sizes[1] = sizes[1] + abs(p[6 + k]);
     }
@@ -149,42 +151,32 @@ QuickSight::QuickSight(const Floats (&p)[16], const Floats (&r)[8]) {
 }
 
 void QuickBoxes::put_first(const PatchQuestion* questions, int first, int count) {
+  using I = IntOf<V>;
   const float* part[kWidth];
-  const float* points[kWidth];
   const float* ray[kWidth];
-  alignas(64) float middles[2][kWidth], halves[2][kWidth];
+  alignas(64) int32_t levels[2][kWidth], cells[2][kWidth];
   for (int lane = 0; lane < kWidth; ++lane) {
     const PatchQuestion& q = questions[first + min_of(lane, count - 1)];
     static_assert(offsetof(PatchQuestion, direction) - offsetof(PatchQuestion, origin) == 12);
     part[lane] = reinterpret_cast<const float*>(q.part);
-    points[lane] = q.patch->numbers;
     ray[lane] = q.origin;
-    halves[0][lane] = 1 / static_cast<float>(2u << q.part->level_u);
-    halves[1][lane] = 1 / static_cast<float>(2u << q.part->level_v);
-    middles[0][lane] = static_cast<float>(2 * q.part->column + 1) * halves[0][lane];
-    middles[1][lane] = static_cast<float>(2 * q.part->row + 1) * halves[1][lane];
+    levels[0][lane] = q.part->level_u;
+    levels[1][lane] = q.part->level_v;
+    cells[0][lane] = q.part->column;
+    cells[1][lane] = q.part->row;
   }
   V p[16] = {}, r[8] = {};  // frame, centre, reach; origin, direction, t_range
   each_float_row<16>(part, [&](int k, V x) HWY_ATTR { p[k] = x; });
   each_float_row<8>(ray, [&](int k, V x) HWY_ATTR { r[k] = x; });
   const QuickSight sight(p, r);
   QuickBox box;
-  V x[3] = {}, far = set<V>(0);
-  each_float_row<48>(points, [&](int number, V coordinate) HWY_ATTR {
-    const int a = number % 3;
-    x[a] = coordinate - p[9 + a];
-    far = max(far, abs(x[a]));
-    if (a < 2) return;
-    for (int k = 0; k < 2; ++k)
-      box.net[k][number / 3] =
-          mul_add(sight.row[k][2], x[2],
-                  mul_add(sight.row[k][1], x[1], mul_sub(sight.row[k][0], x[0], sight.at[k])));
-  });
+  const V far = put_nets(questions + first, count, sight, net_ + first);
   M is_there = first_lanes<V>(static_cast<size_t>(count));
   for (int a = 0; a < 2; ++a) {
     const V size = mul_add(sight.norm[a], far, abs(sight.at[a]));
     box.noise[a] = mul_add(set<V>(48 * kRoundoff), size, sight.off[a]);
-    const V half = load<V>(halves[a]), middle = load<V>(middles[a]);
+    const V half = hn::BitCast(TagOf<V>(), hn::ShiftLeft<23>(set<I>(126) - load<I>(levels[a])));
+    const V middle = convert<V>(hn::ShiftLeft<1>(load<I>(cells[a])) + set<I>(1)) * half;
     const V off = 0x1p-20f + 0x1p-23f / half, most = off + (1 + 0x1p-12f);
     const V reach =
         mul_add(abs(sight.slope[a]), p[14], p[12 + a]) * (1 + 0x1p-20f) + box.noise[a] + off;
@@ -200,19 +192,70 @@ void QuickBoxes::put_first(const PatchQuestion* questions, int first, int count)
   append(box, is_there);
 }
 
+QuickBoxes::V QuickBoxes::put_nets(const PatchQuestion* questions, int count,
+                                   const QuickSight& sight, float (*to)[2][16]) {
+  constexpr int kStep = kWidth < 16 ? kWidth : 16;
+  alignas(64) float slope[2][kWidth], at[2][kWidth], far[kWidth] = {};
+  for (int a = 0; a < 2; ++a) {
+    store(sight.slope[a], slope[a]);
+    store(sight.at[a], at[a]);
+  }
+  const SubPatch* part = nullptr;  // that of `local`: questions of a packet share parts
+  V local[3][16 / kStep] = {}, farthest = {};
+  float far_of_part = 0;
+  for (int k = 0; k < count; ++k) {
+    if (questions[k].part != part) {
+      part = questions[k].part;
+      farthest = set<V>(0);
+      for (int n = 0; n < 16 / kStep; ++n) {
+        V x[3] = {};
+        hn::LoadInterleaved3(TagOf<V>(), questions[k].patch->numbers + 3 * kStep * n, x[0], x[1],
+                             x[2]);
+        for (int a = 0; a < 3; ++a) {
+          x[a] = x[a] - part->centre[a];
+          farthest = max(farthest, abs(x[a]));
+        }
+        for (int a = 0; a < 3; ++a)
+          local[a][n] = mul_add(x[2], set<V>(part->frame[a][2]),
+                                mul_add(x[1], set<V>(part->frame[a][1]), x[0] * part->frame[a][0]));
+      }
+      far_of_part = greatest_lane(farthest);
+    }
+    far[k] = far_of_part;
+    for (int a = 0; a < 2; ++a) {
+      const V by = set<V>(slope[a][k]), place = set<V>(at[a][k]);
+      for (int n = 0; n < 16 / kStep; ++n)
+        store(neg_mul_add(by, local[2][n], local[a][n]) - place, to[k][a] + kStep * n);
+    }
+  }
+  return load<V>(far);
+}
+
 QuickBoxes::M QuickBoxes::take(QuickBox& box) {
   const int some = min_of(count(), kWidth);
   const auto next = [&](int row) HWY_ATTR { return load_unaligned<V>(row_[row] + first_); };
-  for (int k = 0; k < 2; ++k)
-    for (int n = 0; n < 16; ++n) box.net[k][n] = next(kNet + 16 * k + n);
+  box.number = next(kNumber);
+  const float* net[kWidth];
+  for (int lane = 0; lane < kWidth; ++lane)
+    net[lane] = net_[static_cast<int>(row_[kNumber][first_ + min_of(lane, some - 1)])][0];
   for (int a = 0; a < 2; ++a) {
-    const CubicCut<V> part(next(kFrom + a), next(kUntil + a));
-    for (V(&net)[16] : box.net) a == 0 ? cut<0>(net, part) : cut<1>(net, part);
+    box.from[a] = next(kFrom + a);
+    box.until[a] = next(kUntil + a);
     box.low[a] = next(kLow + a);
     box.high[a] = next(kHigh + a);
     box.noise[a] = next(kNoise + a);
   }
-  box.number = next(kNumber);
+  const CubicCut<V> by_x(box.from[0], box.until[0]), by_y(box.from[1], box.until[1]);
+  V row[4] = {};
+  each_float_row<32>(net, [&](int n, V x) HWY_ATTR {
+    row[n % 4] = x;
+    if (n % 4 == 3) cut_four<1>(row, by_y, box.net[n / 16] + n % 16 - 3);
+  });
+  for (V(&of)[16] : box.net)
+    for (int j = 0; j < 4; ++j) {
+      const V old[4] = {of[j], of[4 + j], of[8 + j], of[12 + j]};
+      cut_four<4>(old, by_x, of + j);
+    }
   box.age = next(kAge);
   first_ += some;
   if (is_empty()) first_ = end_ = 0;
@@ -244,7 +287,6 @@ void QuickBoxes::append(const QuickBox& box, M lanes) {
   const Packing packed(lanes);
   const auto put = [&](int row, V x) HWY_ATTR { store_unaligned(packed(x), row_[row] + end_); };
   for (int k = 0; k < 2; ++k) {
-    for (int n = 0; n < 16; ++n) put(kNet + 16 * k + n, box.net[k][n]);
     put(kFrom + k, box.from[k]);
     put(kUntil + k, box.until[k]);
     put(kLow + k, box.low[k]);
@@ -264,17 +306,12 @@ void QuickBoxes::move_down() {
   first_ = 0;
 }
 
-template <int kAxis>
-void QuickBoxes::cut(V (&net)[16], const CubicCut<V>& cut) {
-  constexpr int kStep = kAxis == 0 ? 4 : 1, kNext = kAxis == 0 ? 1 : 4;
-  for (int j = 0; j < 4; ++j) {
-    V* const x = net + kNext * j;
-    const V old[4] = {x[0], x[kStep], x[2 * kStep], x[3 * kStep]};
-    for (int i = 0; i < 4; ++i) {
-      const V(&w)[4] = cut.weight[i];
-      x[kStep * i] =
-          mul_add(w[3], old[3], mul_add(w[2], old[2], mul_add(w[1], old[1], w[0] * old[0])));
-    }
+template <int kStep>
+void QuickBoxes::cut_four(const V (&old)[4], const CubicCut<V>& cut, V* to) {
+  for (int i = 0; i < 4; ++i) {
+    const V(&w)[4] = cut.weight[i];
+    to[kStep * i] =
+        mul_add(w[3], old[3], mul_add(w[2], old[2], mul_add(w[1], old[1], w[0] * old[0])));
   }
 }
 

@@ -17,17 +17,20 @@
 // 4. A box that has one root at most, and which narrowing leaves away from the square's border, is
 //    noted. One that narrows little is halved along the axis along which H' changes more.
 // Questions do not wait for each other: all boxes stand in one row, a register full is looked at,
-// and what is left of them is put at the end, side by side.
+// and what is left of them is put at the end, side by side. The net of a box is cut from that of
+// its question each time, so that roundings do not add up from look to look.
 //
-// Roundings, u = 2^-24. The first net has rows r_k = f_k - p f_n of float32 times P - C, less the
-// place of the ray. With N = |f_k| + |p| |f_n|, R the largest coordinate of P - C and S = N R +
-// |at|, rounding p and r is 2 u of N R, P - C another, the sum of products three, the place one:
-// below 8 u S, and 2^-45 N |O - C| for the place, which is taken in double. A cut has weights good
-// to 8 u, which are not negative and have the sum 1, and sums of four: 12 u of the largest
-// coefficient, twice. Y F adds 2 u. So all that one look at a box adds is below 26 u of |Y| times
-// the largest coefficients, for which `noise` has 32 u. Differences have twice the noise, and one
-// rounding. Limits of boxes are moved out by 2^-20 of them for theirs, those of the first box by
-// 2^-23 of the patch's square, too. Places in the square of the sub-patch are good to 4 u a cut.
+// Roundings, u = 2^-24. With N = |f_k| + |p| |f_n|, R the largest coordinate of P - C and S = N R +
+// |at|: rounding P - C, its products with f_k and their sums make 4 u |f_k| R, those with f_n are
+// alike. Rounding p, the difference, the place and what is left of it makes it below 8 u S; the
+// place is taken in double, 2^-45 N |O - C|. A cut has weights good to 8 u, which have the sum 1
+// and are negative only by as much as a box reaches beyond the patch, below 2^-11, and sums of
+// four: 12 u of the largest coefficient, twice. Y F adds 2 u. So nets are off by less than 35 u S,
+// for which `noise` has 48 u. Differences have twice the noise, and one rounding.
+// Limits of boxes are moved out by 2^-20 of them for theirs. In the patch's square they are a sum
+// of numbers that are rounded, below 1 and a little, and rounded again when moved: 4 u, for which
+// kPlacesOff has 8 u; those of the first box have 2 u for it. So the box to which a net is cut,
+// which is exactly its limits in float32, has all roots that the one before had.
 //
 // Threads. One call owns one.
 #include "slave/core/primitive/patch/cubic_solver_layout.h"
@@ -63,8 +66,8 @@ class QuickCubics {
   static constexpr float kNarrow = 0.8f;     // of a side, where a box need not be halved
   static constexpr float kNarrowEnd = 0.5f;  // of both sides, where it may be noted
   static constexpr float kBorder = 1 - 0x1p-9f;
-  static constexpr float kSmall = 0x1p-9f;  // a box at the border is noted all the same
-  static constexpr float kOfALook = 32 * kRoundoff;
+  static constexpr float kSmall = 0x1p-9f;       // a box at the border is noted all the same
+  static constexpr float kPlacesOff = 0x1p-21f;  // of limits in the patch's square
   // A box is as old as the looks it took, halvings four times, all that lead to it. Beyond that
   // questions stay open.
   static constexpr float kOld = 16;
@@ -72,7 +75,6 @@ class QuickCubics {
   // The part of a box that may have roots, in the box's square.
   struct Narrowed {
     V low[2], high[2];
-    V size[2];  // the largest coefficients of H
     M is_empty;
     HWY_INLINE V kept(int axis) const { return 0.5f * (high[axis] - low[axis]); }
   };
@@ -82,8 +84,8 @@ class QuickCubics {
   };
 
   HWY_INLINE void look();
-  static HWY_INLINE M precondition(QuickBox& box);
-  static HWY_INLINE Narrowed narrowed(const QuickBox& box, M is_good);
+  static HWY_INLINE M precondition(QuickBox& box, V (&noise)[2]);
+  static HWY_INLINE Narrowed narrowed(const QuickBox& box, const V (&of_net)[2], M is_good);
   static HWY_INLINE Slopes slopes(const QuickBox& box);
   HWY_INLINE void leave_open(M lanes, V number);
 
@@ -114,16 +116,17 @@ void QuickCubics::answer() {
 void QuickCubics::look() {
   QuickBox box;
   const M active = boxes_.take(box);
-  const M is_good = precondition(box);
-  const Narrowed to = narrowed(box, is_good);
+  V noise[2] = {};
+  const M is_good = precondition(box, noise);
+  const Narrowed to = narrowed(box, noise, is_good);
   const Slopes of = slopes(box);
   M goes_on = and_not(to.is_empty, active);
 
   const V zero = set<V>(0);
   V least[2] = {}, most[2] = {};
   for (int k = 0; k < 2; ++k) {
-    least[k] = of.along[k] - 3 * box.noise[k];
-    most[k] = of.aside[k] + 3 * box.noise[k];
+    least[k] = of.along[k] - 3 * noise[k];
+    most[k] = of.aside[k] + 3 * noise[k];
   }
   const M is_single = is_good && least[0] > zero && least[1] > zero &&
                       least[0] * least[1] > most[0] * most[1] * (1 + 0x1p-18f);
@@ -133,13 +136,14 @@ void QuickCubics::look() {
     const V half = 0.5f * (box.high[a] - box.low[a]), middle = 0.5f * (box.high[a] + box.low[a]);
     low[a] = mul_add(half, to.low[a], middle);
     high[a] = mul_add(half, to.high[a], middle);
-    guess[a] = 0.5f * (low[a] + high[a]);
+    guess[a] = 0.25f * mul_add(box.until[a] - box.from[a], to.low[a] + to.high[a],
+                               2 * (box.until[a] + box.from[a]));
     is_near = is_near || max(high[a], -low[a]) > set<V>(kBorder);
     is_wide = is_wide || high[a] - low[a] > set<V>(kSmall);
   }
   const M ends = goes_on && is_single && max(to.kept(0), to.kept(1)) < set<V>(kNarrowEnd) &&
                  !(is_near && is_wide);
-  if (!is_none<V>(ends)) roots_.put(ends, box.number, box.low, box.high, guess);
+  if (!is_none<V>(ends)) roots_.put(ends, box.number, box.from, box.until, guess);
   goes_on = and_not(ends, goes_on);
   M halves = and_not(is_single, goes_on) && !(min(to.kept(0), to.kept(1)) < set<V>(kNarrow));
   box.age = box.age + select(halves, set<V>(4), set<V>(1));
@@ -152,17 +156,19 @@ void QuickCubics::look() {
   for (int a = 0; a < 2; ++a) {
     box.low[a] = low[a];
     box.high[a] = high[a];
-    box.from[a] = mul_add(set<V>(0.5f), to.low[a], set<V>(0.5f));
-    box.until[a] = mul_add(set<V>(0.5f), to.high[a], set<V>(0.5f));
-    box.noise[a] = mul_add(set<V>(kOfALook), to.size[a], box.noise[a]);
+    const V half = 0.5f * (box.until[a] - box.from[a]);
+    const V middle = 0.5f * (box.until[a] + box.from[a]);
+    box.from[a] = mul_add(half, to.low[a], middle) - kPlacesOff;
+    box.until[a] = mul_add(half, to.high[a], middle) + kPlacesOff;
   }
   const V change[2] = {max(1 - 1.5f * of.along[0], 1.5f * of.aside[1]),
                        max(1 - 1.5f * of.along[1], 1.5f * of.aside[0])};
   boxes_.put(box, goes_on, halves, change[0] >= change[1]);
 }
 
-// F becomes H. Returns: where F' has an inverse; elsewhere H is F.
-QuickCubics::M QuickCubics::precondition(QuickBox& box) {
+// The net of F becomes that of H, which is off by `noise`. Returns: where F' has an inverse;
+// elsewhere H is F.
+QuickCubics::M QuickCubics::precondition(QuickBox& box, V (&noise)[2]) {
   V mean[2][2] = {};
   for (int k = 0; k < 2; ++k) {
     const V(&x)[16] = box.net[k];
@@ -180,13 +186,12 @@ QuickCubics::M QuickCubics::precondition(QuickBox& box) {
     const V f[2] = {box.net[0][n], box.net[1][n]};
     for (int k = 0; k < 2; ++k) box.net[k][n] = mul_add(y[k][0], f[0], y[k][1] * f[1]);
   }
-  const V noise[2] = {box.noise[0], box.noise[1]};
   for (int k = 0; k < 2; ++k)
-    box.noise[k] = mul_add(abs(y[k][0]), noise[0], abs(y[k][1]) * noise[1]);
+    noise[k] = mul_add(abs(y[k][0]), box.noise[0], abs(y[k][1]) * box.noise[1]);
   return is_good;
 }
 
-QuickCubics::Narrowed QuickCubics::narrowed(const QuickBox& box, M is_good) {
+QuickCubics::Narrowed QuickCubics::narrowed(const QuickBox& box, const V (&of_net)[2], M is_good) {
   constexpr float kPlace[4] = {-1, 2.0f / 3 - 1, 4.0f / 3 - 1, 1};
   const V one = set<V>(1);
   Narrowed to;
@@ -201,8 +206,7 @@ QuickCubics::Narrowed QuickCubics::narrowed(const QuickBox& box, M is_good) {
       }
     const V low = min(min(least[0], least[1]), min(least[2], least[3]));
     const V high = max(max(most[0], most[1]), max(most[2], most[3]));
-    to.size[k] = max(abs(low), abs(high));
-    const V noise = box.noise[k], wide = noise + 0x1p-20f;
+    const V noise = of_net[k], wide = noise + 0x1p-20f;
     V from = -one, until = one;
     for (const float share : {1.0f, 0.3f}) {
       V early = {}, late = {};

@@ -59,19 +59,24 @@ class QuickRays {
   HWY_INLINE QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]);
 
   HWY_INLINE Jet jet(V x, V y) const;
+  // A place of the patch's square in that of the sub-patch.
+  HWY_INLINE V place(int axis, V x) const { return (x - middle_[axis]) * scale_[axis]; }
 
   V inverse{};  // 1 / d_n
   V half{};     // of the side of the complete solver's first box
   V t_min{};
-  V places_off{};  // what places in float are off by, in the sub-patch's square
   V bend[3] = {};  // B_1, B_2 and that of S_n
   V off[3] = {};   // by roundings
 
  private:
   V half_[2] = {}, middle_[2] = {};  // of the sub-patch in the patch's square
+  V scale_[2] = {};                  // 1 / half_
   alignas(64) double point_[48][kWidth];
 };
 
+HWY_INLINE double half_of(int level) {
+  return __builtin_bit_cast(double, static_cast<uint64_t>(1022 - level) << 52);
+}
 QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]) {
   const float* part[kWidth];
   const float* points[kWidth];
@@ -83,8 +88,8 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
     part[lane] = reinterpret_cast<const float*>(q.part);
     points[lane] = q.patch->numbers;
     ray[lane] = q.origin;
-    halves[0][lane] = 1.0 / (2u << q.part->level_u);
-    halves[1][lane] = 1.0 / (2u << q.part->level_v);
+    halves[0][lane] = half_of(q.part->level_u);
+    halves[1][lane] = half_of(q.part->level_v);
     middles[0][lane] = (2 * q.part->column + 1) * halves[0][lane];
     middles[1][lane] = (2 * q.part->row + 1) * halves[1][lane];
     extents[lane] = q.patch->extent;
@@ -92,8 +97,8 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
   for (int a = 0; a < 2; ++a) {
     half_[a] = load<V>(halves[a]);
     middle_[a] = load<V>(middles[a]);
+    scale_[a] = 1 / half_[a];
   }
-  places_off = 0x1p-16 + 0x1p-22 / min(half_[0], half_[1]);
   V p[24] = {}, r[8] = {};
   each_row<24>(part, [&](int k, V x) HWY_ATTR { p[k] = x; });
   each_row<8>(ray, [&](int k, V x) HWY_ATTR { r[k] = x; });
@@ -171,7 +176,7 @@ class QuickRoots {
   static constexpr int kWidth = QuickRays::kWidth;
 
   // Puts the boxes of these lanes; `number` is of their questions, `guess` where Newton's iteration
-  // begins, all in the squares of sub-patches. Requires: fewer than kWidth wait.
+  // begins, all in the squares of patches. Requires: fewer than kWidth wait.
   HWY_INLINE void put(MaskOf<Floats> lanes, Floats number, const Floats (&low)[2],
                       const Floats (&high)[2], const Floats (&guess)[2]) {
     static_assert(kRoom >= kWidth - 1 + static_cast<int>(kLaneCount) + kWidth);
@@ -196,6 +201,7 @@ class QuickRoots {
   static constexpr double kNear = 0x1p-11;  // the step before the last one
   static constexpr double kLast = 0x1p-16;  // of the last one
   static constexpr double kInner = 1 - 0x1p-10;
+  static constexpr double kPlacesOff = 0x1p-36;  // of limits in the square of a sub-patch
 
   struct Step {
     V by[2], unit;
@@ -223,9 +229,9 @@ uint64_t QuickRoots::settle(const PatchQuestion* questions, QuickAnswer* to) {
   const M lanes = first_lanes<V>(static_cast<size_t>(some));
   V low[2] = {}, high[2] = {}, at[2] = {};
   for (int a = 0; a < 2; ++a) {
-    low[a] = zero_unless(lanes, in_double(low_[a]));
-    high[a] = zero_unless(lanes, in_double(high_[a]));
-    at[a] = zero_unless(lanes, in_double(guess_[a]));
+    low[a] = rays.place(a, zero_unless(lanes, in_double(low_[a])));
+    high[a] = rays.place(a, zero_unless(lanes, in_double(high_[a])));
+    at[a] = rays.place(a, zero_unless(lanes, in_double(guess_[a])));
   }
   for (int k = 0; k < kStepsMax; ++k) {
     const Step step = step_of(rays.jet(at[0], at[1]));
@@ -247,7 +253,7 @@ uint64_t QuickRoots::settle(const PatchQuestion* questions, QuickAnswer* to) {
   for (int c = 0; c < 3; ++c) rest[c] = mul_add(left, rays.bend[c], rays.off[c]);
   const V away[2] = {moves(rest, 0), moves(rest, 1)};
   for (int a = 0; a < 2; ++a) {
-    const V next = at[a] + last.by[a], room = away[a] + rays.places_off;
+    const V next = at[a] + last.by[a], room = away[a] + kPlacesOff;
     is_root = is_root && abs(next) + away[a] <= set<V>(kInner) && next - room >= low[a] &&
               next + room <= high[a];
   }
