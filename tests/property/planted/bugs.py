@@ -183,6 +183,8 @@ BUGS = (
         "bits_of<F>(least == most)", "bits_of<F>(least <= most)", "core_patch_filter"),
     Bug("filter_border", "the filter has an answer beside the border of a part", "primitive/patch/quick_roots-inl.h",
         "away[a] <= set<V>(kInner)", "away[a] <= set<V>(2 - kInner)", "core_patch_filter"),
+    Bug("filter_any_beyond", "any hit will do, and one behind the end of the ray does", "primitive/patch/quick_roots-inl.h",
+        "convert<V>(most) <= rays.t_max", "convert<V>(least) <= rays.t_max * 1.01", "core_patch_filter"),
     Bug("packet_open_lost", "a packet ends without asking what the filter left open", "primitive/freeform/patch_packet-inl.h",
         "if (open_.count != 0)", "if (open_.count > 64)", "core_patch_kernels"),
     Bug("fan_row_narrow", "rows of a fan meet the inner half of a sub-patch alone", "primitive/freeform/fan_rows-inl.h",

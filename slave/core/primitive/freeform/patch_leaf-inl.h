@@ -47,7 +47,8 @@ class PatchRayTest {
   }
   // What is asked of the complete solver where the decision leaves it undecided.
   HWY_INLINE PatchQuestion question(const Patch& patch, const SubPatch& part) const {
-    PatchQuestion question{&patch, &part, {}, {}, {ray_.t_min, __builtin_inff()}};
+    const float end = kAny ? ray_.best_t : __builtin_inff();
+    PatchQuestion question{&patch, &part, {}, {}, {ray_.t_min, end}, kAny};
     for (int a = 0; a < 3; ++a) {
       question.origin[a] = ray_.origin[a];
       question.direction[a] = ray_.direction[a];

@@ -164,7 +164,8 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const Sub
     origin_of(rays_, number, question.origin);
     rays_.direction_of(number, question.direction);
     question.t_range[0] = least_t(rays_, number);
-    question.t_range[1] = __builtin_inff();
+    question.t_range[1] = kAny ? rays_.best_t[number] : __builtin_inff();
+    question.is_any = kAny;
     possible &= possible - 1;
   } while (possible != 0);
   return waiting_.count < kWorthAsking ? has_hit : has_hit | ask_waiting();

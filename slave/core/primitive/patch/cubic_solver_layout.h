@@ -24,19 +24,22 @@ struct PatchQuestion {
   const SubPatch* part;
   float origin[3], direction[3];
   float t_range[2];
+  bool is_any = false;  // any hit in t_range will do
 };
 
 // The same for any number of questions, side by side. Shape: questions, to [count].
 using CubicSolversCall = void (*)(const PatchQuestion* questions, int count, SolvedPatch* to);
 
 // What float32 proves of a question: is_hit and t are those of the complete solver, t as a float32.
+// Where any hit will do, t is only known to be in t_range.
 struct QuickAnswer {
   bool is_known, is_hit;
   float t;  // of hits
 };
 
-// Answers what it can of questions whose t_range has no end. Shape: questions, to [count], count up
-// to kQuickMost. Requires: polynomial bicubic patches, sub-patches with frames.
+// Answers what it can of questions whose t_range has no end, or of which any hit will do. Shape:
+// questions, to [count], count up to kQuickMost. Requires: polynomial bicubic patches, sub-patches
+// with frames.
 using QuickAnswersCall = void (*)(const PatchQuestion* questions, int count, QuickAnswer* to);
 
 inline constexpr int kQuickMost = 64;

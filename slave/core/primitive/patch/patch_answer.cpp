@@ -125,7 +125,9 @@ void unfiltered_answers(const PatchQuestion* questions, int count, PatchAnswer* 
   for (int k = 0; k < count; ++k) {
     if (is_for_cubics(questions[k])) {
       number[cubic_count] = k;
-      cubic[cubic_count++] = questions[k];
+      cubic[cubic_count] = questions[k];
+      // What ends a ray is a float32, and roots are rounded before they are compared with it.
+      cubic[cubic_count++].t_range[1] = std::numeric_limits<float>::infinity();
     } else {
       answers[k] = solved_alone(questions[k]);
     }

@@ -87,10 +87,12 @@ class QuickCubics {
   static HWY_INLINE M precondition(QuickBox& box, V (&noise)[2]);
   static HWY_INLINE Narrowed narrowed(const QuickBox& box, const V (&of_net)[2], M is_good);
   static HWY_INLINE Slopes slopes(const QuickBox& box);
+  HWY_INLINE void give_up(M lanes, const QuickBox& box, const V (&guess)[2]);
   HWY_INLINE void leave_open(M lanes, V number);
 
   const PatchQuestion* const questions_;
   const int count_;
+  bool is_any_ = true;  // any hit will do for all questions
   QuickAnswer* const to_;
   uint64_t open_ = 0;  // bits of questions
   QuickBoxes boxes_;
@@ -98,7 +100,10 @@ class QuickCubics {
 };
 
 void QuickCubics::answer() {
-  for (int k = 0; k < count_; ++k) to_[k] = {false, false, 0};
+  for (int k = 0; k < count_; ++k) {
+    to_[k] = {false, false, 0};
+    is_any_ &= questions_[k].is_any;
+  }
   for (int next = 0; next < count_ || !boxes_.is_empty();) {
     while (boxes_.count() < kWidth && next < count_) {
       const int some = min_of(count_ - next, kWidth);
@@ -109,7 +114,8 @@ void QuickCubics::answer() {
     while (roots_.is_enough()) open_ |= roots_.settle(questions_, to_);
   }
   if (!roots_.is_empty()) open_ |= roots_.settle(questions_, to_);
-  for (int k = 0; k < count_; ++k) to_[k].is_known = (open_ >> k & 1) == 0;
+  for (int k = 0; k < count_; ++k)
+    to_[k].is_known = (open_ >> k & 1) == 0 || (questions_[k].is_any && to_[k].is_hit);
 }
 
 // Looks at the next boxes.
@@ -143,12 +149,12 @@ void QuickCubics::look() {
   }
   const M ends = goes_on && is_single && max(to.kept(0), to.kept(1)) < set<V>(kNarrowEnd) &&
                  !(is_near && is_wide);
-  if (!is_none<V>(ends)) roots_.put(ends, box.number, box.from, box.until, guess);
+  if (!is_none<V>(ends)) roots_.put(ends, box.number, box.from, box.until, guess, true);
   goes_on = and_not(ends, goes_on);
   M halves = and_not(is_single, goes_on) && !(min(to.kept(0), to.kept(1)) < set<V>(kNarrow));
   box.age = box.age + select(halves, set<V>(4), set<V>(1));
   const M is_old = goes_on && box.age > set<V>(kOld);
-  if (!is_none<V>(is_old)) leave_open(is_old, box.number);
+  if (!is_none<V>(is_old)) give_up(is_old, box, guess);
   goes_on = and_not(is_old, goes_on);
   halves = and_not(is_old, halves);
   if (is_none<V>(goes_on)) return;
@@ -240,6 +246,13 @@ QuickCubics::Slopes QuickCubics::slopes(const QuickBox& box) {
       }
   }
   return of;
+}
+
+// Looks no longer at these boxes. Where any hit will do, one may still be found in them.
+void QuickCubics::give_up(M lanes, const QuickBox& box, const V (&guess)[2]) {
+  if (!is_any_) return leave_open(lanes, box.number);
+  while (roots_.is_enough()) open_ |= roots_.settle(questions_, to_);
+  roots_.put(lanes, box.number, box.from, box.until, guess, false);
 }
 
 void QuickCubics::leave_open(M lanes, V number) {

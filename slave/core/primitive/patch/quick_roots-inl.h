@@ -65,6 +65,7 @@ class QuickRays {
   V inverse{};  // 1 / d_n
   V half{};     // of the side of the complete solver's first box
   V t_min{};
+  V t_max{};       // where any hit will do, else -infinity
   V bend[3] = {};  // B_1, B_2 and that of S_n
   V off[3] = {};   // by roundings
 
@@ -81,7 +82,7 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
   const float* part[kWidth];
   const float* points[kWidth];
   const float* ray[kWidth];
-  alignas(64) double halves[2][kWidth], middles[2][kWidth], extents[kWidth];
+  alignas(64) double halves[2][kWidth], middles[2][kWidth], extents[kWidth], ends[kWidth];
   for (int lane = 0; lane < kWidth; ++lane) {
     const PatchQuestion& q = questions[number[lane]];
     static_assert(offsetof(SubPatch, second) == 15 * sizeof(float));
@@ -93,6 +94,7 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
     middles[0][lane] = (2 * q.part->column + 1) * halves[0][lane];
     middles[1][lane] = (2 * q.part->row + 1) * halves[1][lane];
     extents[lane] = q.patch->extent;
+    ends[lane] = static_cast<double>(q.is_any ? q.t_range[1] : -__builtin_inff());
   }
   for (int a = 0; a < 2; ++a) {
     half_[a] = load<V>(halves[a]);
@@ -103,6 +105,7 @@ QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]
   each_row<24>(part, [&](int k, V x) HWY_ATTR { p[k] = x; });
   each_row<8>(ray, [&](int k, V x) HWY_ATTR { r[k] = x; });
   t_min = r[6];
+  t_max = load<V>(ends);
   V from[3] = {}, o[3] = {}, d[3] = {}, norm[3] = {}, far = set<V>(0);
   for (int k = 0; k < 3; ++k) {
     from[k] = r[k] - p[9 + k];
@@ -176,11 +179,13 @@ class QuickRoots {
   static constexpr int kWidth = QuickRays::kWidth;
 
   // Puts the boxes of these lanes; `number` is of their questions, `guess` where Newton's iteration
-  // begins, all in the squares of patches. Requires: fewer than kWidth wait.
+  // begins, all in the squares of patches. is_single: it is proved that they have one root at most;
+  // others are of use where any hit will do. Requires: fewer than kWidth wait.
   HWY_INLINE void put(MaskOf<Floats> lanes, Floats number, const Floats (&low)[2],
-                      const Floats (&high)[2], const Floats (&guess)[2]) {
+                      const Floats (&high)[2], const Floats (&guess)[2], bool is_single) {
     static_assert(kRoom >= kWidth - 1 + static_cast<int>(kLaneCount) + kWidth);
     store_packed(number, lanes, number_ + count_);
+    store_packed(set<Floats>(is_single), lanes, single_ + count_);
     for (int a = 0; a < 2; ++a) {
       store_packed(low[a], lanes, low_[a] + count_);
       store_packed(high[a], lanes, high_[a] + count_);
@@ -216,7 +221,8 @@ class QuickRoots {
   HWY_INLINE void forget(int count);
 
   int count_ = 0;
-  alignas(64) float number_[kRoom], low_[2][kRoom], high_[2][kRoom], guess_[2][kRoom];
+  alignas(64) float number_[kRoom], single_[kRoom], low_[2][kRoom], high_[2][kRoom],
+      guess_[2][kRoom];
 };
 
 uint64_t QuickRoots::settle(const PatchQuestion* questions, QuickAnswer* to) {
@@ -252,22 +258,28 @@ uint64_t QuickRoots::settle(const PatchQuestion* questions, QuickAnswer* to) {
   V rest[3] = {};
   for (int c = 0; c < 3; ++c) rest[c] = mul_add(left, rays.bend[c], rays.off[c]);
   const V away[2] = {moves(rest, 0), moves(rest, 1)};
+  M is_only = in_double(single_) > set<V>(0);
   for (int a = 0; a < 2; ++a) {
     const V next = at[a] + last.by[a], room = away[a] + kPlacesOff;
-    is_root = is_root && abs(next) + away[a] <= set<V>(kInner) && next - room >= low[a] &&
-              next + room <= high[a];
+    is_root = is_root && abs(next) + away[a] <= set<V>(kInner);
+    is_only = is_only && next - room >= low[a] && next + room <= high[a];
   }
   const V t = mul_add(jet.dy[2], last.by[1], mul_add(jet.dx[2], last.by[0], jet.at[2]));
   const V off = mul_add(abs(jet.dy[2]), away[1], mul_add(abs(jet.dx[2]), away[0], rest[2]));
   const V off_t = off * abs(rays.inverse), middle = t * rays.inverse;
   const F least = convert<F>(middle - off_t), most = convert<F>(middle + off_t);
-  // A root before t_min is a miss, wherever it is.
-  const uint32_t before = bits_of<V>(middle + off_t < rays.t_min);
-  const uint32_t behind = bits_of<V>(middle - off_t > rays.t_min) & bits_of<F>(least == most);
-  const uint32_t known = bits_of<V>(is_root) & (before | behind);
+  // A root out of the range is a miss, wherever it is. That there is another root as well is of no
+  // interest where any will do.
+  const M is_behind = is_root && middle - off_t > rays.t_min;
+  const uint32_t any = bits_of<V>(rays.t_max > set<V>(-__builtin_inf()));
+  const uint32_t exact = bits_of<V>(is_behind && is_only) & bits_of<F>(least == most) & ~any;
+  const uint32_t hit = exact | bits_of<V>(is_behind && convert<V>(most) <= rays.t_max);
+  const uint32_t before = bits_of<V>(is_root && is_only && middle + off_t < rays.t_min);
+  const uint32_t beyond = bits_of<V>(is_behind && is_only && convert<V>(least) > rays.t_max) & any;
+  const uint32_t known = hit | before | beyond;
   alignas(64) float found[kWidth];
   store(least, found);
-  for (uint32_t hits = known & behind; hits != 0; hits &= hits - 1) {
+  for (uint32_t hits = hit; hits != 0; hits &= hits - 1) {
     const int lane = __builtin_ctz(hits);
     QuickAnswer& best = to[number[lane]];
     if (best.is_hit && !(found[lane] < best.t)) continue;
@@ -288,6 +300,7 @@ void QuickRoots::forget(int count) {
       store_unaligned(load_unaligned<F>(row + first + count), row + first);
   };
   move(number_);
+  move(single_);
   for (int a = 0; a < 2; ++a) {
     move(low_[a]);
     move(high_[a]);
