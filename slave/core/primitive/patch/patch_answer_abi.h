@@ -27,7 +27,7 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
                           const float* direction, float t_min);
 
 // is_hit and t of the same for several, whose t_range begins with t_min and has no end, or of which
-// any hit will do: a hit that is told is within t_range then, another one may be behind it.
+// any hit will do: the t that is told may be another one's then, and callers compare it anyway.
 // Shape: questions, answers [count], count up to kPatchQuestionsMax.
 inline constexpr int kPatchQuestionsMax = 64;
 void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers);
