@@ -68,10 +68,10 @@ class PatchPacketTest {
     PatchQuestion question[kPatchQuestionsMax];
 
     HWY_INLINE bool has_room(int more) const { return count + more <= kPatchQuestionsMax; }
-    // Requires: there is room.
-    HWY_INLINE void put(uint8_t from, const PatchQuestion& what) {
-      ray[count] = from;
-      question[count++] = what;
+    // Returns: what the ray asks, to be set. Requires: there is room.
+    HWY_INLINE PatchQuestion& add(size_t from) {
+      ray[count] = static_cast<uint8_t>(from);
+      return question[count++];
     }
   };
 
@@ -157,8 +157,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const Sub
   if (!waiting_.has_room(__builtin_popcountll(possible))) has_hit = ask_waiting();
   do {
     const auto number = static_cast<size_t>(__builtin_ctzll(possible));
-    waiting_.ray[waiting_.count] = static_cast<uint8_t>(number);
-    PatchQuestion& question = waiting_.question[waiting_.count++];
+    PatchQuestion& question = waiting_.add(number);
     question.patch = &patch;
     question.part = &part;
     origin_of(rays_, number, question.origin);
@@ -180,7 +179,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_waiting() {
   for (int k = 0; k < waiting_.count; ++k) {
     const PatchQuestion& question = waiting_.question[k];
     if ((left >> k & 1) != 0) {
-      open_.put(waiting_.ray[k], question);
+      open_.add(waiting_.ray[k]) = question;
     } else if (answers[k].is_hit) {
       has_hit |= take(*question.part, waiting_.ray[k], answers[k].t);
     }
@@ -197,7 +196,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_open() {
     const size_t ray = open_.ray[k];
     // Rays that were blocked meanwhile look for nothing.
     const bool looks = !kAny || rays_.best_t[ray] >= least_t(rays_, ray);
-    if (looks) open_.put(open_.ray[k], open_.question[k]);
+    if (looks) open_.add(ray) = open_.question[k];
   }
   PatchAnswer answers[kPatchQuestionsMax];
   unfiltered_answers(open_.question, open_.count, answers);

@@ -70,14 +70,16 @@ class QuickRays {
   V off[3] = {};   // by roundings
 
  private:
+  // 2^-(level + 1), without a division.
+  static HWY_INLINE double half_of(int level) {
+    return __builtin_bit_cast(double, static_cast<uint64_t>(1022 - level) << 52);
+  }
+
   V half_[2] = {}, middle_[2] = {};  // of the sub-patch in the patch's square
   V scale_[2] = {};                  // 1 / half_
   alignas(64) double point_[48][kWidth];
 };
 
-HWY_INLINE double half_of(int level) {
-  return __builtin_bit_cast(double, static_cast<uint64_t>(1022 - level) << 52);
-}
 QuickRays::QuickRays(const PatchQuestion* questions, const int (&number)[kWidth]) {
   const float* part[kWidth];
   const float* points[kWidth];
