@@ -86,6 +86,10 @@ void trace_block(Row& row, const RayBlock& rays, BlockHits& hits) {
 #endif
 }
 
+void trace_blocks(Row& row, const Workload& work, std::vector<BlockHits>& hits) {
+  for (std::size_t b = 0; b < work.blocks.size(); ++b) trace_block(row, work.blocks[b], hits[b]);
+}
+
 // Runs all contenders of one kind of ray. Returns: what the first of them has hit.
 std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int repeats) {
   std::vector<FirstHit> first;
@@ -93,13 +97,16 @@ std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int 
   const CpuTurns turns;
   for (int repeat = -1; repeat < repeats; ++repeat) {
     for (Row& row : rows) {
-      row.counts = {};
       // The warm-up has the first turn, too.
       const std::size_t cpu = static_cast<std::size_t>(std::max(repeat, 0)) % turns.count();
       turns.on(cpu, [&] {
+        // Before it is timed every row traces the rays once more: the row before it has filled the
+        // caches with another structure, and what reading tens of megabytes anew takes would be
+        // counted for the first row of each structure alone.
+        if (repeat >= 0) trace_blocks(row, work, hits);
+        row.counts = {};
         const double start = thread_cpu_seconds();
-        for (std::size_t b = 0; b < work.blocks.size(); ++b)
-          trace_block(row, work.blocks[b], hits[b]);
+        trace_blocks(row, work, hits);
         if (repeat >= 0) add_run(row.cpu_seconds, cpu, thread_cpu_seconds() - start);
       });
       if (repeat < 0) compare(row, work, hits, first);
