@@ -88,6 +88,14 @@ std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa 
                                       const EmbreeMode& mode);
 std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa);
 
+// Uniform bicubic B-spline patches. Shape: points [patch][i][j] of 4 x 4, of N_i(u) N_j(v).
+struct SplinePatches {
+  std::vector<Vec3f> points;
+};
+// Embree's subdivision surfaces, which it cuts into cells x cells squares for each patch. What is
+// hit has the numbers of the triangles of tessellated(). Null where built without Embree.
+std::unique_ptr<Entrants> make_embree_subdivided(const SplinePatches& patches, int cells, Isa isa);
+
 // Builds Embree's scene once and throws it away. Requires: has_embree().
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,
                    int threads);

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Embree 3 (https://www.embree.org) as a contender, held to the same instruction set as ours.
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cstring>
 #include <vector>
 
 #include "slave/core/ray/packet_layout.h"
 #include "tests/bench/contender.h"
+#include "tests/bench/embree_scene.h"
 
 namespace tessera::bench {
 namespace {
-
-struct Release {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
 
 // Embree's calls for packets of N rays.
 template <int N>
@@ -72,30 +66,6 @@ int set_rays(Ray& ray, int* valid, const RayBlock& rays, int first) {
   return count;
 }
 
-std::string config_of(Isa isa, int threads) {
-  static constexpr const char* kConfigs[] = {"sse2", "sse4.2", "avx2", "avx512"};
-  return "threads=" + std::to_string(threads) +
-         ",set_affinity=0,isa=" + kConfigs[static_cast<int>(isa)];
-}
-
-bool count_bytes(void* sum, ssize_t bytes, bool) {
-  *static_cast<std::int64_t*>(sum) += bytes;
-  return true;
-}
-
-// Vertices are not shared here: the hierarchy is what is measured, and it copies them. Returns: the
-// geometry's vertices.
-float* set_triangles(RTCGeometry geometry, const core::TriangleStore& triangles) {
-  const auto count = static_cast<std::size_t>(triangles.primitive_count());
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                               RTC_FORMAT_FLOAT3, 12, 3 * count));
-  auto* indices = static_cast<unsigned*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
-  std::copy(triangles.vertices.begin(), triangles.vertices.end(), vertices);
-  for (std::size_t i = 0; i < 3 * count; ++i) indices[i] = static_cast<unsigned>(i);
-  return vertices;
-}
-
 class Embree final : public Entrants {
  public:
   Embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode, int threads) {
@@ -104,6 +74,14 @@ class Embree final : public Entrants {
                              (mode.is_robust ? " robust" : "");
     build(triangles, mode, name);
     for (int kind = 0; kind < kRayKinds; ++kind) enter(static_cast<RayKind>(kind), name, mode);
+  }
+
+  // Makes a subdivision surface of the patches.
+  Embree(const SplinePatches& patches, int cells, Isa isa) : cells_(static_cast<unsigned>(cells)) {
+    open(isa, 1);
+    build(patches);
+    for (int kind = 0; kind < kRayKinds; ++kind)
+      enter(static_cast<RayKind>(kind), "embree subdivision", {});
   }
 
   // Makes an Embree scene of each mesh, and one of instances over them.
@@ -161,14 +139,36 @@ class Embree final : public Entrants {
     return instance == RTC_INVALID_GEOMETRY_ID ? primitive : first_[instance] + primitive;
   }
 
-  void build(const core::TriangleStore& triangles, const EmbreeMode& mode,
-             const std::string& name) {
+  // A face amid eight others is a regular one: its limit surface is the uniform bicubic B-spline
+  // patch of the 16 corners. The eight, which are at the boundary, are left out.
+  void build(const SplinePatches& patches) {
     scene_.reset(rtcNewScene(device_.get()));
-    if (mode.is_high) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
-    if (mode.is_robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    if (mode.is_high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
-    set_triangles(geometry, triangles);
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_SUBDIVISION);
+    const std::size_t count = patches.points.size() / 16;
+    const auto buffer = [&](RTCBufferType type, RTCFormat format, std::size_t bytes,
+                            std::size_t items) {
+      return rtcSetNewGeometryBuffer(geometry, type, 0, format, bytes, items);
+    };
+    auto* const points = static_cast<Vec3f*>(
+        buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 12, patches.points.size()));
+    std::copy(patches.points.begin(), patches.points.end(), points);
+    auto* corners = static_cast<unsigned*>(
+        buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, 4, 4 * kFaces * count));
+    auto* sides =
+        static_cast<unsigned*>(buffer(RTC_BUFFER_TYPE_FACE, RTC_FORMAT_UINT, 4, kFaces * count));
+    for (unsigned face = 0; face < kFaces * count; ++face) {
+      const unsigned i = face % kFaces / 3, j = face % 3;
+      const unsigned first = 16 * (face / kFaces) + 4 * i + j;
+      for (const unsigned corner : {first, first + 4, first + 5, first + 1}) *corners++ = corner;
+      *sides++ = 4;
+    }
+    rtcSetGeometrySubdivisionMode(geometry, 0, RTC_SUBDIVISION_MODE_NO_BOUNDARY);
+    rtcSetGeometryTessellationRate(geometry, static_cast<float>(cells_));
+    commit(geometry, "embree subdivision");
+  }
+
+  // Commits the scene of one geometry, which it releases.
+  void commit(RTCGeometry geometry, const std::string& name) {
     const std::int64_t before = bytes_;
     const double start = process_cpu_seconds(), start_wall = wall_seconds();
     rtcCommitGeometry(geometry);
@@ -177,6 +177,26 @@ class Embree final : public Entrants {
     const double seconds = process_cpu_seconds() - start, wall = wall_seconds() - start_wall;
     rtcReleaseGeometry(geometry);
     builds.push_back({name, seconds, wall, 1e-6 * static_cast<double>(bytes_ - before)});
+  }
+
+  // The number of what was hit; of a subdivision surface that of a triangle of tessellated().
+  std::uint32_t number(unsigned instance, unsigned primitive, float u, float v) const {
+    if (cells_ == 0) return number(instance, primitive);
+    const auto cell = [&](float x) {
+      return std::min(static_cast<unsigned>(x * static_cast<float>(cells_)), cells_ - 1);
+    };
+    return 2 * ((primitive / kFaces * cells_ + cell(u)) * cells_ + cell(v));
+  }
+
+  void build(const core::TriangleStore& triangles, const EmbreeMode& mode,
+             const std::string& name) {
+    scene_.reset(rtcNewScene(device_.get()));
+    if (mode.is_high) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
+    if (mode.is_robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (mode.is_high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+    set_triangles(geometry, triangles);
+    commit(geometry, name);
   }
 
   void enter(RayKind kind, const std::string& name, const EmbreeMode& mode) {
@@ -204,7 +224,8 @@ class Embree final : public Entrants {
   void store(const RTCRayHit& q, BlockHits& hits, int i) const {
     const bool is_hit = q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     hits.t[i] = is_hit ? q.ray.tfar : 0;
-    hits.primitive[i] = is_hit ? number(q.hit.instID[0], q.hit.primID) : core::kNoPrimitive;
+    hits.primitive[i] =
+        is_hit ? number(q.hit.instID[0], q.hit.primID, q.hit.u, q.hit.v) : core::kNoPrimitive;
   }
   static void store_any(float t_far, BlockHits& hits, int i) {
     hits.t[i] = 0;
@@ -248,7 +269,8 @@ class Embree final : public Entrants {
         const bool is_hit = q.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
         hits.t[first + i] = is_hit ? q.ray.tfar[i] : 0;
         hits.primitive[first + i] =
-            is_hit ? number(q.hit.instID[0][i], q.hit.primID[i]) : core::kNoPrimitive;
+            is_hit ? number(q.hit.instID[0][i], q.hit.primID[i], q.hit.u[i], q.hit.v[i])
+                   : core::kNoPrimitive;
       }
     }
   }
@@ -283,47 +305,15 @@ class Embree final : public Entrants {
     for (int i = 0; i < rays.count; ++i) store_any(queries[i].ray.tfar, hits, i);
   }
 
+  static constexpr unsigned kFaces = 9;  // of a patch
+
+  const unsigned cells_ = 0;  // along a side of a patch; 0: no subdivision surface
   std::int64_t bytes_ = 0;
-  std::unique_ptr<RTCDeviceTy, Release> device_;
-  std::vector<std::unique_ptr<RTCSceneTy, Release>> parts_;  // by mesh, where there are instances
-  std::unique_ptr<RTCSceneTy, Release> scene_;
+  std::unique_ptr<RTCDeviceTy, ReleaseEmbree> device_;
+  std::vector<std::unique_ptr<RTCSceneTy, ReleaseEmbree>>
+      parts_;  // by mesh, where there are instances
+  std::unique_ptr<RTCSceneTy, ReleaseEmbree> scene_;
   std::vector<std::uint32_t> first_;  // by instance: the number of its first triangle
-};
-
-// A scene of triangles that change from frame to frame.
-class EmbreeChanging {
- public:
-  EmbreeChanging(const core::TriangleStore& triangles, Isa isa, RTCBuildQuality quality) {
-    device_.reset(rtcNewDevice(config_of(isa, 1).c_str()));
-    rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, &bytes_);
-    scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
-    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetGeometryBuildQuality(geometry, quality);
-    vertices_ = set_triangles(geometry, triangles);
-    rtcAttachGeometryByID(scene_.get(), geometry, 0);
-    rtcReleaseGeometry(geometry);
-  }
-
-  void move(const core::TriangleStore& triangles) {
-    std::copy(triangles.vertices.begin(), triangles.vertices.end(), vertices_);
-    rtcUpdateGeometryBuffer(rtcGetGeometry(scene_.get(), 0), RTC_BUFFER_TYPE_VERTEX, 0);
-  }
-
-  Build commit(const std::string& name) {
-    const double start = process_cpu_seconds(), start_wall = wall_seconds();
-    rtcCommitGeometry(rtcGetGeometry(scene_.get(), 0));
-    rtcCommitScene(scene_.get());
-    return {name, process_cpu_seconds() - start, wall_seconds() - start_wall,
-            1e-6 * static_cast<double>(bytes_)};
-  }
-
- private:
-  std::int64_t bytes_ = 0;
-  std::unique_ptr<RTCDeviceTy, Release> device_;
-  std::unique_ptr<RTCSceneTy, Release> scene_;
-  float* vertices_ = nullptr;  // the scene's own
 };
 
 }  // namespace
@@ -333,6 +323,10 @@ std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa 
   return std::make_unique<Embree>(triangles, isa, mode, 1);
 }
 
+std::unique_ptr<Entrants> make_embree_subdivided(const SplinePatches& patches, int cells, Isa isa) {
+  return std::make_unique<Embree>(patches, cells, isa);
+}
+
 std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa) {
   return std::make_unique<Embree>(scene, isa);
 }
@@ -340,17 +334,6 @@ std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa) {
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,
                    int threads) {
   return Embree(triangles, isa, mode, threads).builds[0];
-}
-
-Build build_embree_low(const core::TriangleStore& triangles, Isa isa) {
-  return EmbreeChanging(triangles, isa, RTC_BUILD_QUALITY_LOW).commit("embree low");
-}
-
-Build refit_embree(const core::TriangleStore& before, const core::TriangleStore& after, Isa isa) {
-  EmbreeChanging scene(before, isa, RTC_BUILD_QUALITY_REFIT);
-  scene.commit("");
-  scene.move(after);
-  return scene.commit("embree refit");
 }
 
 bool has_embree() { return true; }

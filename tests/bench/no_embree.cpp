@@ -8,6 +8,10 @@ std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree(const core
 std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree_instanced(const Scene&, Isa) {
   return nullptr;
 }
+std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree_subdivided(
+    const SplinePatches&, int, Isa) {
+  return nullptr;
+}
 tessera::bench::Build tessera::bench::build_embree(const core::TriangleStore&, Isa,
                                                    const EmbreeMode&, int) {
   return {};

@@ -76,6 +76,26 @@ core::TriangleStore tessellated(const core::PatchStore& patches, int cells,
   return triangles;
 }
 
+SplinePatches splines_of(const core::PatchStore& patches) {
+  // What a cubic's Bezier points weigh in the points of the B-spline that it is a segment of.
+  static constexpr double kWeights[4][4] = {
+      {6, -7, 2, 0}, {0, 2, -1, 0}, {0, -1, 2, 0}, {0, 2, -7, 6}};
+  SplinePatches splines;
+  splines.points.reserve(16 * patches.patches.size());
+  for (const core::Patch& patch : patches.patches) {
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        double point[3] = {};
+        for (int k = 0; k < 16; ++k)
+          for (int a = 0; a < 3; ++a)
+            point[a] += kWeights[i][k / 4] * kWeights[j][k % 4] * double{patch.numbers[3 * k + a]};
+        splines.points.push_back({static_cast<float>(point[0]), static_cast<float>(point[1]),
+                                  static_cast<float>(point[2])});
+      }
+  }
+  return splines;
+}
+
 double mesh_megabytes(const core::PatchStore& patches, int cells) {
   const double vertices = (cells + 1.0) * (cells + 1.0), triangles = 2.0 * cells * cells;
   return 12e-6 * (vertices + triangles) * static_cast<double>(patches.patches.size());

@@ -12,6 +12,7 @@
 #include "common/scene/scene.h"
 #include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "tests/bench/contender.h"
 #include "tests/bench/workload.h"
 
 namespace tessera::bench {
@@ -25,6 +26,9 @@ Vec3f light_of_field(int side);
 // by row of u. Shape: boxes becomes those of the triangles.
 core::TriangleStore tessellated(const core::PatchStore& patches, int cells,
                                 std::vector<Bounds3f>& boxes);
+// The same patches by points of B-splines, rounded to float32. Requires: they are bicubic and not
+// rational.
+SplinePatches splines_of(const core::PatchStore& patches);
 // Megabytes of the same triangles as a mesh whose vertices are shared within a patch.
 double mesh_megabytes(const core::PatchStore& patches, int cells);
 

@@ -234,7 +234,7 @@ std::string report(RayKind kind, const std::vector<Row>& rows,
                          [&](const Way& a, const Way& b) { return rate(a) < rate(b); });
     if (rows[r].cells == 0) ours = rate(*best);
     const double to_these = rows[r].cells == 0 ? std::nan("") : ours / rate(*best);
-    std::printf("  %-8s %-12s %8.2f Mrays/CPU-s  patches to these %5.2f  asked %.4f  %s\n",
+    std::printf("  %-8s %-22s %8.2f Mrays/CPU-s  patches to these %5.2f  asked %.4f  %s\n",
                 ray_kind_name(kind), rows[r].name.c_str(), rate(*best), to_these, best->asked,
                 best->contender->name.c_str());
     JsonObject json;
@@ -257,11 +257,11 @@ std::string report(RayKind kind, const std::vector<Row>& rows,
 
 std::string report_surfaces(const std::vector<Row>& rows, std::size_t judged) {
   std::string list;
-  std::printf("  %-12s %10s %9s %14s %8s %8s %8s, of %zu rays\n", "", "build s", "MB", "off, p99.9",
+  std::printf("  %-22s %10s %9s %14s %8s %8s %8s, of %zu rays\n", "", "build s", "MB", "off, p99.9",
               "missed", "invented", "wrong", judged);
   for (const Row& row : rows) {
     std::printf(
-        "  %-12s %10.3f %9.2f %14.3g %8llu %8llu %8llu\n", row.name.c_str(), row.build_cpu_seconds,
+        "  %-22s %10.3f %9.2f %14.3g %8llu %8llu %8llu\n", row.name.c_str(), row.build_cpu_seconds,
         row.megabytes, row.off, static_cast<unsigned long long>(row.missed),
         static_cast<unsigned long long>(row.invented), static_cast<unsigned long long>(row.wrong));
     JsonObject json;
@@ -285,20 +285,25 @@ std::string run_case(const Case& which, const CoreSuiteOptions& options) {
   auto hits = first_hits(rows[0], primary);
   judge.judge(rows[0], hits);
   rows[0].secondary = secondary_rays(starts_on_patches(*store, primary, hits), light);
+  const SplinePatches splines = splines_of(*store);
   for (const int cells : which.cells) {
     if (!has_embree()) break;
     std::vector<Bounds3f> triangle_boxes;
     const core::TriangleStore triangles = tessellated(*store, cells, triangle_boxes);
-    const std::string side = std::to_string(cells);
-    Row& row = rows.emplace_back();
-    row.name = side + " x " + side;
-    row.cells = cells;
-    row.entrants = make_embree(triangles, options.isa, {});
-    row.build_cpu_seconds = row.entrants->builds[0].cpu_seconds;
-    row.megabytes = row.entrants->builds[0].megabytes + mesh_megabytes(*store, cells);
-    hits = first_hits(row, primary);
-    judge.judge(row, hits);
-    row.secondary = secondary_rays(primary, listed(primary, hits), triangles, light);
+    for (const bool is_subdivided : {false, true}) {
+      Row& row = rows.emplace_back();
+      const std::string side = std::to_string(cells);
+      row.name = side + " x " + side + (is_subdivided ? ", subdivision" : "");
+      row.cells = cells;
+      row.entrants = is_subdivided ? make_embree_subdivided(splines, cells, options.isa)
+                                   : make_embree(triangles, options.isa, {});
+      row.build_cpu_seconds = row.entrants->builds[0].cpu_seconds;
+      row.megabytes = row.entrants->builds[0].megabytes;
+      if (!is_subdivided) row.megabytes += mesh_megabytes(*store, cells);
+      hits = first_hits(row, primary);
+      judge.judge(row, hits);
+      row.secondary = secondary_rays(primary, listed(primary, hits), triangles, light);
+    }
   }
   std::printf("\n%s, %zu patches, %zu sub-patches\n", which.name.c_str(), store->patches.size(),
               store->parts.size());

@@ -4,6 +4,7 @@
     frames      frames per second over slaves, and how busy they are (a result with a table "series")
     speed-up    the same, as speed-up over slaves, both logarithmic
     error       RMSE over CPU-seconds, a panel for each scene (`tessera-bench gi --json`)
+    patch       error over the time of a camera ray, a panel for each scene (`tessera-bench patch --json`)
     update      time from an edit to the first right pixel over triangles (`tessera-bench update --json`)
     embree VIEW rates to Embree's of a table, bars grouped by scene; of several files the last is the newest
 """
@@ -88,6 +89,27 @@ def error_plot(runs, _):
     return title, chart.picture(430 * max(2, len(scenes)), 520, title, parts + chart.legend(76, 438, entries.items(), 2, 400))
 
 
+def patch_plot(runs, _):
+    """Lower left is better; a line shows what finer squares bring."""
+    scenes, parts = runs[-1]["patch"], []
+    series = {"patches as they are": lambda name: name == "patches",
+              "Embree: N x N squares of two triangles a patch": lambda name: name.replace(" x ", "").isdigit(),
+              "Embree: its subdivision surfaces, N x N": lambda name: name.endswith("subdivision")}
+    styles = {words: Style(chart.COLOURS[k], chart.MARKS[k], is_line=k > 0) for k, words in enumerate(series)}
+    for i, scene in enumerate(scenes):
+        camera = next(rays["rows"] for rays in scene["rays"] if rays["kind"] == "primary")
+        points = {row["name"]: (1e3 / row["mrays_per_cpu_second"], surface["off_p999_of_diagonal"])
+                  for row, surface in zip(camera, scene["surfaces"])}
+        panel = Panel((76 + 430 * i, 70, 340, 300), Logarithmic("CPU-nanoseconds a camera ray", [x for x, _ in points.values()]),
+                      Logarithmic("distance from the surface, p99.9, of the diagonal", [y for _, y in points.values()]),
+                      f"{scene['scene']}, {scene['patches']:,} patches")
+        for words, is_of in series.items():
+            panel.draw([point for name, point in points.items() if is_of(name)], styles[words])
+        parts += panel.parts
+    title = "Error over time of surfaces: " + ", ".join(scene["scene"] for scene in scenes)
+    return title, chart.picture(430 * max(2, len(scenes)), 470, title, parts + chart.legend(76, 428, styles.items(), 2, 400))
+
+
 def ratios_of(run, view):
     """(columns, {row: {column: (low, high)}}) of the rows of ratios: a cell at least has a rate beside it, none two ratios."""
     columns, rows = table_of([run], view)
@@ -121,7 +143,7 @@ def embree_plot(runs, view):
                                 panel.parts + panel.labels + chart.legend(72, 390, entries, 2, 390))
 
 
-PLOTS = {"frames": frames_plot, "speed-up": speed_up_plot, "error": error_plot, "embree": embree_plot, "update": update_plot}
+PLOTS = {"frames": frames_plot, "speed-up": speed_up_plot, "error": error_plot, "embree": embree_plot, "patch": patch_plot, "update": update_plot}
 
 
 def plot_of(runs, view):

@@ -259,12 +259,30 @@ def methods_table(runs, rest):
     return columns, made
 
 
+def patch_table(runs, scene):
+    """Shows what `tessera-bench patch` has measured of a scene: our rates and Embree's, with ours to theirs, beside each error."""
+    found = [suite for run in runs for suite in run["patch"] if suite["scene"] == scene]
+    kinds = [rays["kind"] for rays in found[0]["rays"]]
+    columns = ["", *(f"{KINDS[kind]} rays" for kind in kinds), "off by, p99.9, of the diagonal", f"of {found[0]['judged']:,} rays missed, invented, wrong",
+               "MB", "build, CPU-s"]
+    made = []
+    for i, surface in enumerate(found[0]["surfaces"]):
+        cells = [surface["name"]]
+        for k in range(len(kinds)):
+            same = [suite["rays"][k]["rows"][i] for suite in found]
+            ratios = [row["patches_to_these"] for row in same if row["patches_to_these"] is not None]
+            cells.append(span([row["mrays_per_cpu_second"] for row in same]) + (f" ({span(ratios)})" if ratios else ""))
+        lost = ", ".join(f"{surface[key]:,}" for key in ("missed", "invented", "wrong"))
+        made.append(cells + [number(surface["off_p999_of_diagonal"]), lost, number(surface["mb"]), number(surface["build_cpu_seconds"])])
+    return columns, made
+
+
 VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table, "fans": fans_table}
 
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("beside", beside_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table),
+    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("beside", beside_table), ("trims", trims_table), ("methods", methods_table), ("patch", patch_table), ("build", build_table),
                         ("build-times", build_times_table), ("build-threads", build_threads_table),
                         ("update", update_table)):
         if name == suite and suite.partition("-")[0] in runs[0]:
