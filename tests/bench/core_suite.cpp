@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
+#include <random>
 #include <utility>
 
 #include "common/base/cpu_count.h"
@@ -95,8 +97,15 @@ std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int 
   std::vector<FirstHit> first;
   std::vector<BlockHits> hits(work.blocks.size());
   const CpuTurns turns;
+  std::vector<std::size_t> order(rows.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::mt19937 chance;  // the same in each run
   for (int repeat = -1; repeat < repeats; ++repeat) {
-    for (Row& row : rows) {
+    // What was traced just before has its effect on a processor's clock for a while. So each row
+    // follows another one each time.
+    if (repeat >= 0) std::shuffle(order.begin(), order.end(), chance);
+    for (const std::size_t number : order) {
+      Row& row = rows[number];
       // The warm-up has the first turn, too.
       const std::size_t cpu = static_cast<std::size_t>(std::max(repeat, 0)) % turns.count();
       turns.on(cpu, [&] {
