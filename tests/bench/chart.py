@@ -99,8 +99,9 @@ def mark(x, y, style):
 class Panel:
     """One diagram in a box (left, top, width, height) of its lines, without what is written around it."""
 
-    def __init__(self, box, x_axis, y_axis, title=""):
+    def __init__(self, box, x_axis, y_axis, title="", label_px=46):
         self.left, self.top, self.width, self.height = box
+        self.label_px = label_px  # from the label of the y axis to that axis
         self.x_axis, self.y_axis = x_axis, y_axis
         self.parts = []
         self.labels = []  # above all else
@@ -126,7 +127,7 @@ class Panel:
         self.parts.append(line(self.left, self.top, self.left, bottom, FRAME))
         self.parts.append(line(self.left, bottom, right, bottom, FRAME))
         self.parts.append(text(self.left + self.width / 2, bottom + 35, self.x_axis.label, "middle") if self.x_axis.label else "")
-        x, y = self.left - 46, self.top + self.height / 2
+        x, y = self.left - self.label_px, self.top + self.height / 2
         self.parts.append(text(x, y, self.y_axis.label, "middle", transform=f"rotate(-90 {px(x)} {px(y)})"))
 
     def draw(self, points, style):

@@ -100,14 +100,14 @@ def patch_plot(runs, _):
         camera = next(rays["rows"] for rays in scene["rays"] if rays["kind"] == "primary")
         points = {row["name"]: (1e3 / row["mrays_per_cpu_second"], surface["off_p999_of_diagonal"])
                   for row, surface in zip(camera, scene["surfaces"])}
-        panel = Panel((76 + 430 * i, 70, 340, 300), Logarithmic("CPU-nanoseconds a camera ray", [x for x, _ in points.values()]),
+        panel = Panel((86 + 430 * i, 70, 330, 300), Logarithmic("CPU-nanoseconds a camera ray", [x for x, _ in points.values()]),
                       Logarithmic("distance from the surface, p99.9, of the diagonal", [y for _, y in points.values()]),
-                      f"{scene['scene']}, {scene['patches']:,} patches")
+                      f"{scene['scene']}, {scene['patches']:,} patches", 60)
         for words, is_of in series.items():
             panel.draw([point for name, point in points.items() if is_of(name)], styles[words])
         parts += panel.parts
     title = "Error over time of surfaces: " + ", ".join(scene["scene"] for scene in scenes)
-    return title, chart.picture(430 * max(2, len(scenes)), 470, title, parts + chart.legend(76, 428, styles.items(), 2, 400))
+    return title, chart.picture(430 * max(2, len(scenes)), 470, title, parts + chart.legend(86, 428, styles.items(), 2, 400))
 
 
 def ratios_of(run, view):
