@@ -152,15 +152,20 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
     if (s.is_front || m.is_double_sided) s.emission = m.emission;
     s.material = &m;
     s.sound_primitive = sound_primitive(hits.triangle[ray], ray);
-    s.horizon = horizon(ray);
+  };
+  // Triangles keep the horizon that a surface begins with.
+  const auto set_horizons = [&] {
+    for_each_ray(rays & on_patches(), [&](int ray) { to[ray]->horizon = horizon(ray); });
   };
   if (!scene_.features.is_rich) {
     for_each_ray(rays, [&](int ray) { make(ray, material(hits.triangle[ray])); });
+    set_horizons();
     return;
   }
   for_each_ray(rays, [&](int ray) {
     make(ray, scene_.materials[material_number(hits.instance[ray], hits.triangle[ray])]);
   });
+  set_horizons();
   detail_.add(hits, rays, cones, to, batch);
 }
 
