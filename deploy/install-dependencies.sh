@@ -39,7 +39,7 @@ packages_of() {  # prints the packages of a set
       echo libocct-data-exchange-dev libocct-modeling-algorithms-dev libocct-modeling-data-dev \
         libocct-foundation-dev libocct-ocaf-dev
       ;;
-    lab) echo python3 iproute2 openssh-server openssh-client procps ;;
+    lab) echo python3 iproute2 openssh-server openssh-client procps valgrind ;;
     compose) echo podman runc iptables netavark aardvark-dns docker-compose debootstrap python3 ;;
     embree) echo libembree-dev ;;
     lint) echo clang-14 clang-format-14 clang-tidy-14 git libclang-rt-14-dev shellcheck ;;

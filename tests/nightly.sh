@@ -21,6 +21,7 @@ parts=(
   "sim|the cluster in virtual time: tessera-sim --seeds 100000"
   "planted|bugs planted on purpose: tests/sim/planted_bugs.py, tests/property/planted/planted_bugs.py"
   "property|what holds for all inputs, at length: tests/long_tests.py -L property"
+  "cost|what scenes pay for features that they lack: tests/bench/feature_cost/core_cost.sh"
   "run|every test, lint, sanitizers: tests/run.sh --sanitizers --no-install"
   "fuzz|ten minutes for each fuzz target: tests/fuzz.sh"
   "gallery|every scene that is at hand: tests/gallery/run.py"
@@ -100,6 +101,7 @@ run_part() {
     sim) "$bin/tessera-sim" --seeds 100000 ;;
     planted) both tests/sim/planted_bugs.py tests/property/planted/planted_bugs.py ;;
     property) python3 tests/long_tests.py build/release -L property ;;
+    cost) tests/bench/feature_cost/core_cost.sh ;;
     run) tests/run.sh --sanitizers --no-install ;;
     fuzz) tests/fuzz.sh --seconds "$fuzz_seconds" ;;
     gallery) python3 tests/gallery/run.py --bin "$bin" --out "$logs/gallery" ;;

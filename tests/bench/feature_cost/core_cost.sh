@@ -54,4 +54,5 @@ compare triangles primary "patches, trims"
 compare triangles direct "patches, trims"
 compare triangles igi "patches, trims"
 compare triangles path "patches, trims"
+if ((status != 0)); then echo "FAILED: more than 0.1 % in a row above"; fi
 exit $status
