@@ -178,7 +178,10 @@ PatchSplitting splitting_for(std::uint64_t patch_count) {
   // Some 520, 310, 140, 30, 18 and 1.4 parts a patch of the teapot. Of a handful of patches, shadow
   // rays gain by more parts; of more, camera rays lose by them.
   if (patch_count <= 128) return {.radius = 0.27, .slope = 5, .trim_level_max = 4};
-  if (patch_count <= 1024) return {.radius = 0.35, .slope = 4, .trim_level_max = 4};
+  if (patch_count <= 1024) {
+    // Twice the usual cells take a quarter of what trims cost a ray, and 1 % more memory.
+    return {.radius = 0.35, .slope = 4, .trim_level_max = 4, .cells = {.cells_per_piece = 8}};
+  }
   if (patch_count <= 4096) return {.radius = 0.5, .slope = 3, .trim_level_max = 3};
   if (patch_count <= 16384) return {.radius = 0.7, .slope = 1, .trim_level_max = 2};
   if (patch_count <= 65536)
