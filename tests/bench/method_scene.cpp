@@ -18,7 +18,7 @@ MethodScene::MethodScene(const Scene& scene, const core::PatchSplitting* splitti
     core::SubPatches split;
     for (std::size_t p = 0; p < store_->patches.size(); ++p)
       core::split_patch(store_->patches[p], static_cast<std::uint32_t>(p), *splitting, split);
-    store_->parts = std::move(split.parts);
+    store_->parts.assign(split.parts.begin(), split.parts.end());
     boxes_ = std::move(split.boxes);
     store_->first_part = {0, store_->parts.size()};
   }

@@ -41,8 +41,8 @@ double process_cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-template <class T>
-std::uint64_t bytes_of(const std::vector<T>& items) {
+template <class T, class Allocator>
+std::uint64_t bytes_of(const std::vector<T, Allocator>& items) {
   return items.size() * sizeof(T);
 }
 

@@ -176,7 +176,7 @@ class Comparison {
 PrimitiveIndex index_of(const test::PatchScene& scene, bool is_wide) {
   auto store = std::make_shared<PatchStore>();
   for (std::size_t p = 0; p < scene.patch_count(); ++p) store->patches.push_back(scene.patch(p));
-  store->parts = scene.parts().parts;
+  store->parts.assign(scene.parts().parts.begin(), scene.parts().parts.end());
   for (std::uint32_t k = 0; k < store->parts.size(); ++k) store->parts[k].primitive = k;
   const PatchedParts parts{{}, {}, {}, scene.parts().boxes};
   if (is_wide) return {std::move(*index_patches<16>(parts, store, {}))};

@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/large_pages.h"
 #include "common/math/bounds3.h"
 #include "common/scene/scene.h"
 #include "slave/core/primitive/freeform/placed_parts_abi.h"
@@ -48,10 +49,10 @@ struct SharedPlaces {
 struct PatchStore {
   std::vector<std::shared_ptr<const TrimSet>> trims;  // by surface; null where nothing is trimmed
   // Control points of instances that are moved; those of others are the surface's own.
-  std::vector<float> numbers;
+  std::vector<float, LastingAllocator<float>> numbers;
   std::vector<std::shared_ptr<const PatchSurface>> surfaces;
   std::vector<Patch> patches;
-  std::vector<SubPatch> parts;
+  std::vector<SubPatch, LastingAllocator<SubPatch>> parts;
   // [instance_count + 1]: the first patch and the first sub-patch of each instance; instances of
   // meshes have none. Empty where the scene has no surfaces.
   std::vector<std::uint64_t> first_patch, first_part;
