@@ -29,20 +29,23 @@ void* take_array(std::size_t bytes, std::size_t alignment, std::size_t from = kL
 void give_array_back(void* array, std::size_t bytes, std::size_t alignment,
                      std::size_t from = kLargePagesFromBytes) noexcept;
 
-// An allocator of arrays that last.
-template <typename T>
-struct LastingAllocator : std::allocator<T> {
+// An allocator of arrays that stand on large pages from kFrom bytes on.
+template <typename T, std::size_t kFrom>
+struct PagedAllocator : std::allocator<T> {
   template <typename U>
   struct rebind {
-    using other = LastingAllocator<U>;
+    using other = PagedAllocator<U, kFrom>;
   };
   // Requires: count * sizeof(T) can be counted, as std::vector sees to.
   T* allocate(std::size_t count) {
-    return static_cast<T*>(take_array(count * sizeof(T), alignof(T), kLastingFromBytes));
+    return static_cast<T*>(take_array(count * sizeof(T), alignof(T), kFrom));
   }
   void deallocate(T* array, std::size_t count) noexcept {
-    give_array_back(array, count * sizeof(T), alignof(T), kLastingFromBytes);
+    give_array_back(array, count * sizeof(T), alignof(T), kFrom);
   }
 };
+// Of arrays that last.
+template <typename T>
+using LastingAllocator = PagedAllocator<T, kLastingFromBytes>;
 
 }  // namespace tessera

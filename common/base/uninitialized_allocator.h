@@ -6,8 +6,6 @@
 // Threads. As std::allocator.
 #pragma once
 
-#include <cstddef>
-#include <memory>
 #include <new>
 #include <utility>
 
@@ -16,18 +14,11 @@
 namespace tessera {
 
 template <typename T>
-struct UninitializedAllocator : std::allocator<T> {
+struct UninitializedAllocator : PagedAllocator<T, kLargePagesFromBytes> {
   template <typename U>
   struct rebind {
     using other = UninitializedAllocator<U>;
   };
-  // Requires: count * sizeof(T) can be counted, as std::vector sees to.
-  T* allocate(std::size_t count) {
-    return static_cast<T*>(take_array(count * sizeof(T), alignof(T)));
-  }
-  void deallocate(T* array, std::size_t count) noexcept {
-    give_array_back(array, count * sizeof(T), alignof(T));
-  }
   template <typename U>
   void construct(U* place) noexcept {
     ::new (static_cast<void*>(place)) U;
