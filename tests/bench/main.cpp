@@ -88,6 +88,7 @@ tessera::Status run(std::vector<std::string> suites,
       auto known = suite == "gi" || suite == "patch" ? usual_scenes(suite, options.is_quick)
                                                      : tessera::bench::scene_names();
       if (suite == "core") known.push_back("crowd");
+      if (suite == "patch" && !is_methods) known.push_back("million");
       if (std::find(known.begin(), known.end(), name) == known.end())
         return tessera::Status::invalid_argument("--scene " + name + " is none of " + suite);
     }
@@ -105,7 +106,7 @@ tessera::Status run(std::vector<std::string> suites,
 std::vector<std::string> all_scene_names() {
   std::vector<std::string> names = tessera::bench::scene_names();
   for (const std::string& name : tessera::bench::gi_scene_names()) names.push_back(name);
-  for (const char* const name : {"crowd", "teapot", "teapots"}) names.push_back(name);
+  for (const char* const name : {"crowd", "teapot", "teapots", "million"}) names.push_back(name);
   return names;
 }
 
@@ -192,7 +193,7 @@ int main(int argc, char** argv) {
   app.add_option(
          "--scene", options.scenes,
          "interior, knot, building, field; core: crowd, too; gi: cornell, room; patch: teapot, "
-         "teapots (default: all but crowd)")
+         "teapots, million (default: all but crowd and million)")
       ->check(CLI::IsMember(scene_names));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
       ->check(CLI::IsMember({"primary", "shadow", "bounce"}));
